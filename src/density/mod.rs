@@ -1,0 +1,4 @@
+//! Kernels and their radii: how a photon's flux becomes radiance.
+
+pub mod kernel;
+pub mod radius;

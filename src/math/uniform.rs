@@ -1,0 +1,35 @@
+//! Uniform numbers for batches: one independent stream per (seed, purpose, pass, batch), so that a
+//! result does not depend on which thread draws it.
+
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// What a stream of numbers is for; streams of different purposes never overlap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    ViewRays = 1,
+    Photons = 2,
+    Transmittance = 3,
+}
+
+/// The stream that belongs to one batch of one pass.
+pub fn stream(seed: u64, purpose: Purpose, pass: u64, batch: u64) -> Pcg64Mcg {
+    let mut state = splitmix(seed ^ 0x9e37_79b9_7f4a_7c15);
+    for word in [purpose as u64, pass, batch] {
+        state = splitmix(state ^ word.wrapping_mul(0xff51_afd7_ed55_8ccd));
+    }
+    Pcg64Mcg::seed_from_u64(state)
+}
+
+/// Fills a buffer with numbers in [0,1).
+pub fn fill(rng: &mut Pcg64Mcg, numbers: &mut Vec<f32>, count: usize) {
+    numbers.resize(count, 0.0);
+    rng.fill(numbers.as_mut_slice());
+}
+
+fn splitmix(mut z: u64) -> u64 {
+    z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,46 @@
+//! The methods, each one readable loop, and what they share: parameters, progress, statistics.
+
+mod observer;
+mod parameters;
+pub mod ppt;
+mod stats;
+
+pub use observer::{Observer, Progress, Silent};
+pub use parameters::{Method, ParameterError, Parameters};
+pub use stats::{Counters, PhaseSeconds, Stats};
+
+use crate::film::FilmSums;
+use crate::scene::{Scene, SceneError};
+
+/// Why a render did not end with a picture.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    #[error("the scene has no emitter, so every picture of it is black; add a lamp or a sky")]
+    NoEmitter,
+    #[error("the renderer that holds the scene failed: {0}")]
+    Scene(#[from] SceneError),
+}
+
+/// A finished (or stopped) render.
+#[derive(Debug)]
+pub struct Outcome {
+    pub film: FilmSums,
+    pub stats: Stats,
+}
+
+/// Renders a scene with the method that the parameters name.
+pub fn render(
+    scene: &dyn Scene,
+    parameters: &Parameters,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, RenderError> {
+    parameters.validate()?;
+    if scene.description().emitter_count == 0 {
+        return Err(RenderError::NoEmitter);
+    }
+    match parameters.method {
+        Method::Ppt => ppt::render(scene, parameters, observer),
+    }
+}

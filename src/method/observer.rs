@@ -1,0 +1,29 @@
+use crate::density::radius::Radii;
+use std::ops::ControlFlow;
+
+/// The state of a render between two passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    pub passes_done: u32,
+    pub passes: u32,
+    /// Walks emitted so far.
+    pub walks: u64,
+    /// Radii of the pass that comes next.
+    pub radii: Radii,
+    pub seconds: f64,
+}
+
+/// Watches a render; asked once before the first pass and after every pass.
+pub trait Observer {
+    /// `Break` ends the render with what has been gathered.
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
+}
+
+/// Watches nothing and never stops.
+pub struct Silent;
+
+impl Observer for Silent {
+    fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}

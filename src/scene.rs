@@ -1,0 +1,364 @@
+//! The seam between the engine and a renderer that owns a scene.
+//!
+//! The engine never sees shapes, textures or lights. It asks a [`Scene`], in batches, to advance
+//! view rays and photon walks by one segment and to evaluate scattering functions for pairs. Two
+//! implementors exist: [`crate::host`] (Mitsuba, through the C ABI) and
+//! [`crate::analytic`] (closed-form scenes in pure Rust, by which the physics is proved).
+//!
+//! # Conventions
+//!
+//! - Vectors are in world space; directions have unit length and point the way light or the ray
+//!   *travels*: a photon's `direction` leads away from the lamp, a view ray's away from the eye.
+//! - Every array is a structure of arrays. A vector array of `n` lanes holds `n` x's, then `n`
+//!   y's, then `n` z's ([`Planes`]).
+//! - A photon's `flux` is in watts per emitted walk: emission over the density of its sampling,
+//!   times every scattering weight so far. Dividing a sum of fluxes by the number of *emitted* walks
+//!   estimates power.
+//! - Depth counts scattering events other than null (index-matched) crossings, as Mitsuba's
+//!   `volpath` does: a path with `k` of them is kept while `k < max_depth`.
+
+use crate::math::{Aabb, Rgb};
+
+/// "No medium" in every array of medium indices.
+pub const VACUUM: u32 = u32::MAX;
+/// `max_depth` of a path that may scatter without bound.
+pub const UNBOUNDED_DEPTH: u32 = u32::MAX;
+
+/// Uniform numbers in [0,1) consumed by [`Scene::emit`], per walk: emitter choice, two for the
+/// position, two for the direction, shutter time, hero colour channel.
+pub const EMIT_DIMENSIONS: usize = 7;
+/// Uniform numbers consumed by [`PhotonWalk::step`], per walk: free flight, lobe choice, two for
+/// the direction, Russian roulette.
+pub const PHOTON_STEP_DIMENSIONS: usize = 5;
+/// Uniform numbers consumed by [`Scene::view_rays`], per ray: two for the aperture, shutter time,
+/// wavelength. The film position is given apart.
+pub const VIEW_RAY_DIMENSIONS: usize = 4;
+/// Uniform numbers consumed by [`ViewWalk::step`], per ray: lobe choice and two for the direction.
+pub const VIEW_STEP_DIMENSIONS: usize = 3;
+
+/// What went wrong on the renderer's side.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{0}")]
+pub struct SceneError(pub String);
+
+pub type SceneResult<T> = Result<T, SceneError>;
+
+/// How a medium's extinction is found along a view beam.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extinction {
+    /// `sigma_t` [1/length] is the same everywhere and in every direction.
+    Constant(Rgb),
+    /// Ask [`Scene::extinction`]; the value is the shortest length [length] over which the
+    /// extinction changes (a voxel's edge).
+    Varying { feature_size: f32 },
+}
+
+/// A phase function that the engine evaluates by itself, or one that it must ask for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Phase {
+    Isotropic,
+    /// Henyey-Greenstein; `g` is the mean cosine between the directions of travel.
+    HenyeyGreenstein { g: f32 },
+    /// Ask [`Scene::eval_phase`].
+    Opaque,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Medium {
+    pub name: String,
+    pub extinction: Extinction,
+    pub phase: Phase,
+    /// Where the medium's extinction can differ from zero; infinite where unbounded.
+    pub bounds: Aabb,
+}
+
+/// Facts about a scene that do not change while it is rendered.
+#[derive(Debug, Clone)]
+pub struct SceneDescription {
+    /// Size in pixels of the grid of view rays, border included.
+    pub film_size: [u32; 2],
+    /// Film coordinates of that grid's first pixel (negative where the filter needs a border).
+    pub film_offset: [i32; 2],
+    /// Floats per pixel of the film's storage and the number of its pixels, for [`Scene::splat`].
+    pub film_channels: u32,
+    pub film_pixels: u32,
+    pub media: Vec<Medium>,
+    /// Bounds of everything that a ray can hit.
+    pub bounds: Aabb,
+    pub emitter_count: u32,
+    /// Whether a ray that leaves the scene sees light.
+    pub has_environment: bool,
+    /// Remarks about the scene that its user should read (an emitter in unbounded fog, say).
+    pub warnings: Vec<String>,
+}
+
+/// How a host likes its batches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Batching {
+    /// Lanes per batch.
+    pub lanes: usize,
+    /// Whether several threads may drive batches of their own at the same time.
+    pub concurrent: bool,
+}
+
+/// Termination rules, with `volpath`'s meaning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PathLimits {
+    /// [`UNBOUNDED_DEPTH`] or the number of path segments between lamp and eye that may not be exceeded.
+    pub max_depth: u32,
+    /// Depth from which Russian roulette ends walks.
+    pub rr_depth: u32,
+    pub hide_emitters: bool,
+}
+
+/// Three planes of `f32`, one value per lane and component.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Planes {
+    lanes: usize,
+    values: Vec<f32>,
+}
+
+impl Planes {
+    /// Sets the number of lanes; contents are unspecified afterwards.
+    pub fn resize(&mut self, lanes: usize) {
+        self.lanes = lanes;
+        self.values.resize(3 * lanes, 0.0);
+    }
+
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    pub fn get(&self, lane: usize) -> glam::Vec3 {
+        let n = self.lanes;
+        glam::Vec3::new(self.values[lane], self.values[n + lane], self.values[2 * n + lane])
+    }
+
+    pub fn set(&mut self, lane: usize, value: glam::Vec3) {
+        let n = self.lanes;
+        self.values[lane] = value.x;
+        self.values[n + lane] = value.y;
+        self.values[2 * n + lane] = value.z;
+    }
+
+    pub fn rgb(&self, lane: usize) -> Rgb {
+        Rgb::from(self.get(lane))
+    }
+
+    pub fn set_rgb(&mut self, lane: usize, value: Rgb) {
+        self.set(lane, value.into());
+    }
+
+    pub fn push_all(values: impl ExactSizeIterator<Item = glam::Vec3>) -> Self {
+        let mut planes = Planes::default();
+        planes.resize(values.len());
+        for (lane, value) in values.enumerate() {
+            planes.set(lane, value);
+        }
+        planes
+    }
+
+    pub fn as_slice(&self) -> &[f32] {
+        &self.values
+    }
+
+    pub fn as_mut_slice(&mut self) -> &mut [f32] {
+        &mut self.values
+    }
+}
+
+/// Bits of [`ViewVertices::flags`].
+pub mod view_flags {
+    /// The ray goes on: a delta or null lobe was sampled.
+    pub const CONTINUES: u32 = 1;
+    /// A smooth lobe is here: the vertex is a visible point.
+    pub const VISIBLE_POINT: u32 = 2;
+    /// `reflectance` describes the whole of the smooth lobe (a Lambertian reflector).
+    pub const LAMBERTIAN: u32 = 4;
+    /// `emission` is light that is seen directly.
+    pub const EMISSION: u32 = 8;
+    /// The segment ends on a surface that is not index-matched all over.
+    pub const OPAQUE: u32 = 16;
+    /// The lobe that was sampled counts as a scattering event.
+    pub const SCATTERED: u32 = 32;
+}
+
+/// One segment per view ray, and the vertex at its end. Filled by [`ViewWalk::step`].
+#[derive(Debug, Clone, Default)]
+pub struct ViewVertices {
+    pub flags: Vec<u32>,
+    /// The medium that the segment crosses.
+    pub medium: Vec<u32>,
+    pub origin: Planes,
+    pub direction: Planes,
+    /// Infinite where nothing was hit.
+    pub length: Vec<f32>,
+    pub position: Planes,
+    /// Shading normal on the side from which the ray came.
+    pub normal: Planes,
+    /// Directional albedo of a Lambertian reflector (dimensionless).
+    pub reflectance: Planes,
+    /// Radiance emitted toward the eye [W/(m² sr)].
+    pub emission: Planes,
+    /// Weight of the sampled delta lobe (dimensionless).
+    pub weight: Planes,
+}
+
+impl ViewVertices {
+    pub fn resize(&mut self, lanes: usize) {
+        self.flags.resize(lanes, 0);
+        self.medium.resize(lanes, VACUUM);
+        self.length.resize(lanes, 0.0);
+        for planes in [
+            &mut self.origin,
+            &mut self.direction,
+            &mut self.position,
+            &mut self.normal,
+            &mut self.reflectance,
+            &mut self.emission,
+            &mut self.weight,
+        ] {
+            planes.resize(lanes);
+        }
+    }
+}
+
+/// What happened at the end of a photon's segment ([`PhotonVertices::event`]).
+pub mod photon_event {
+    /// Nothing that is seen: the walk escaped, was absorbed, or met a delta or null lobe alone.
+    pub const NONE: u32 = 0;
+    /// A real collision in a medium.
+    pub const MEDIUM: u32 = 1;
+    /// A surface with a smooth lobe.
+    pub const SURFACE: u32 = 2;
+}
+
+/// One segment per photon walk, and the event at its end. Filled by [`PhotonWalk::step`].
+///
+/// `flux` is ready to be deposited: at a collision it includes the single-scattering albedo (and,
+/// for direction-dependent media, everything but the phase function); on a surface it is the flux
+/// *before* the BSDF, corrected from the geometric to the shading normal's cosine.
+#[derive(Debug, Clone, Default)]
+pub struct PhotonVertices {
+    /// Index of the walk within the batch as it was emitted.
+    pub walk: Vec<u32>,
+    pub event: Vec<u32>,
+    pub medium: Vec<u32>,
+    /// Scattering events before this one.
+    pub depth: Vec<u32>,
+    pub position: Planes,
+    pub direction: Planes,
+    pub length: Vec<f32>,
+    /// Geometric normal on the side from which the photon came (surfaces only).
+    pub normal: Planes,
+    pub flux: Planes,
+}
+
+impl PhotonVertices {
+    pub fn resize(&mut self, lanes: usize) {
+        for lane in [&mut self.walk, &mut self.event, &mut self.medium, &mut self.depth] {
+            lane.resize(lanes, 0);
+        }
+        self.length.resize(lanes, 0.0);
+        for planes in [&mut self.position, &mut self.direction, &mut self.normal, &mut self.flux] {
+            planes.resize(lanes);
+        }
+    }
+}
+
+/// Where view rays start. `film` holds x's then y's, in film coordinates; `numbers` holds
+/// [`VIEW_RAY_DIMENSIONS`] planes.
+#[derive(Debug, Clone, Copy)]
+pub struct ViewRayRequest<'a> {
+    pub lanes: usize,
+    pub film: &'a [f32],
+    pub numbers: &'a [f32],
+    pub limits: PathLimits,
+}
+
+/// View rays in flight, advanced together.
+pub trait ViewWalk {
+    /// Advances every ray by one segment. `numbers` holds [`VIEW_STEP_DIMENSIONS`] planes of as
+    /// many lanes as were asked for; a ray that has ended reports no flags.
+    fn step(&mut self, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()>;
+}
+
+/// Photon walks in flight, advanced together.
+pub trait PhotonWalk {
+    /// Walks still alive: the number of lanes that the next step reports and takes numbers for.
+    fn lanes(&self) -> usize;
+    /// Advances every walk by one segment and drops those that ended. `numbers` holds
+    /// [`PHOTON_STEP_DIMENSIONS`] planes of [`PhotonWalk::lanes`] each.
+    fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()>;
+}
+
+/// Directions at which phase functions are wanted: light travels along `photon_direction`, is
+/// scattered at `position`, and leaves against `view_direction`.
+#[derive(Debug, Clone, Default)]
+pub struct PhasePairs {
+    pub medium: Vec<u32>,
+    pub position: Planes,
+    pub photon_direction: Planes,
+    pub view_direction: Planes,
+}
+
+/// Where the extinction of a varying medium is wanted.
+#[derive(Debug, Clone, Default)]
+pub struct ExtinctionPoints {
+    pub medium: Vec<u32>,
+    pub position: Planes,
+    pub direction: Planes,
+}
+
+/// Visible points (indices as given to [`Scene::store_points`]) and the direction in which a photon
+/// arrives there.
+#[derive(Debug, Clone, Default)]
+pub struct SurfacePairs {
+    pub point: Vec<u32>,
+    pub photon_direction: Planes,
+}
+
+/// Samples for the film: positions in film coordinates, radiance, alpha and weight, one per lane.
+#[derive(Debug, Clone, Default)]
+pub struct FilmSamples {
+    /// x's then y's.
+    pub position: Vec<f32>,
+    pub radiance: Planes,
+    pub alpha: Vec<f32>,
+    pub weight: Vec<f32>,
+}
+
+/// A scene as the engine sees it.
+pub trait Scene: Sync {
+    fn description(&self) -> &SceneDescription;
+
+    fn batching(&self) -> Batching;
+
+    /// Starts one view ray per lane.
+    fn view_rays<'a>(&'a self, request: &ViewRayRequest) -> SceneResult<Box<dyn ViewWalk + 'a>>;
+
+    /// Starts one photon walk per lane; `numbers` holds [`EMIT_DIMENSIONS`] planes.
+    fn emit<'a>(
+        &'a self,
+        lanes: usize,
+        numbers: &[f32],
+        limits: PathLimits,
+    ) -> SceneResult<Box<dyn PhotonWalk + 'a>>;
+
+    /// Extinction `sigma_t` [1/length] at each point for light travelling along its direction.
+    fn extinction(&self, points: &ExtinctionPoints, out: &mut Planes) -> SceneResult<()>;
+
+    /// Value of the phase function [1/sr] for each pair, written to `out`. For direction-dependent
+    /// media the ratio of extinctions (view over photon direction) is included.
+    fn eval_phase(&self, pairs: &PhasePairs, out: &mut Planes) -> SceneResult<()>;
+
+    /// Tells the scene which visible points will be asked about: segments that end there.
+    fn store_points(&self, origin: &Planes, direction: &Planes) -> SceneResult<()>;
+
+    /// Value of the smooth BSDF lobes `f_r` [1/sr], without a cosine, for each pair.
+    fn eval_bsdf(&self, pairs: &SurfacePairs, out: &mut Planes) -> SceneResult<()>;
+
+    /// Adds samples through the film's reconstruction filter to `storage`
+    /// (`film_pixels * film_channels` values).
+    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()>;
+}

@@ -177,8 +177,8 @@ pub mod view_flags {
     pub const LAMBERTIAN: u32 = 4;
     /// `emission` is light that is seen directly.
     pub const EMISSION: u32 = 8;
-    /// The segment ends on a surface that is not index-matched all over.
-    pub const OPAQUE: u32 = 16;
+    /// The segment ends on a surface; without it, the ray left the scene or had already ended.
+    pub const HIT: u32 = 16;
     /// The lobe that was sampled counts as a scattering event.
     pub const SCATTERED: u32 = 32;
 }
@@ -196,6 +196,8 @@ pub struct ViewVertices {
     pub position: Planes,
     /// Shading normal on the side from which the ray came.
     pub normal: Planes,
+    /// Geometric normal as the shape is oriented (not turned toward the ray).
+    pub geometric_normal: Planes,
     /// Directional albedo of a Lambertian reflector (dimensionless).
     pub reflectance: Planes,
     /// Radiance emitted toward the eye [W/(m² sr)].
@@ -214,6 +216,7 @@ impl ViewVertices {
             &mut self.direction,
             &mut self.position,
             &mut self.normal,
+            &mut self.geometric_normal,
             &mut self.reflectance,
             &mut self.emission,
             &mut self.weight,
@@ -249,8 +252,8 @@ pub struct PhotonVertices {
     pub position: Planes,
     pub direction: Planes,
     pub length: Vec<f32>,
-    /// Geometric normal on the side from which the photon came (surfaces only).
-    pub normal: Planes,
+    /// Geometric normal as the shape is oriented, not turned toward the photon (surfaces only).
+    pub geometric_normal: Planes,
     pub flux: Planes,
 }
 
@@ -260,7 +263,7 @@ impl PhotonVertices {
             lane.resize(lanes, 0);
         }
         self.length.resize(lanes, 0.0);
-        for planes in [&mut self.position, &mut self.direction, &mut self.normal, &mut self.flux] {
+        for planes in [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux] {
             planes.resize(lanes);
         }
     }
@@ -310,6 +313,15 @@ pub struct ExtinctionPoints {
     pub direction: Planes,
 }
 
+/// The view segments at whose ends visible points lie.
+#[derive(Debug, Clone, Default)]
+pub struct PointSegments {
+    pub origin: Planes,
+    pub direction: Planes,
+    /// 1 where emitters are passed through, as `hide_emitters` asks on first segments; else 0.
+    pub skips_emitters: Vec<u32>,
+}
+
 /// Visible points (indices as given to [`Scene::store_points`]) and the direction in which a photon
 /// arrives there.
 #[derive(Debug, Clone, Default)]
@@ -334,8 +346,12 @@ pub trait Scene: Sync {
 
     fn batching(&self) -> Batching;
 
-    /// Starts one view ray per lane.
-    fn view_rays<'a>(&'a self, request: &ViewRayRequest) -> SceneResult<Box<dyn ViewWalk + 'a>>;
+    /// Starts one view ray per lane and writes the weight that its radiance has on the film.
+    fn view_rays<'a>(
+        &'a self,
+        request: &ViewRayRequest,
+        importance: &mut Planes,
+    ) -> SceneResult<Box<dyn ViewWalk + 'a>>;
 
     /// Starts one photon walk per lane; `numbers` holds [`EMIT_DIMENSIONS`] planes.
     fn emit<'a>(
@@ -352,8 +368,8 @@ pub trait Scene: Sync {
     /// media the ratio of extinctions (view over photon direction) is included.
     fn eval_phase(&self, pairs: &PhasePairs, out: &mut Planes) -> SceneResult<()>;
 
-    /// Tells the scene which visible points will be asked about: segments that end there.
-    fn store_points(&self, origin: &Planes, direction: &Planes) -> SceneResult<()>;
+    /// Tells the scene which visible points will be asked about, in place of those told before.
+    fn store_points(&self, points: &PointSegments) -> SceneResult<()>;
 
     /// Value of the smooth BSDF lobes `f_r` [1/sr], without a cosine, for each pair.
     fn eval_bsdf(&self, pairs: &SurfacePairs, out: &mut Planes) -> SceneResult<()>;

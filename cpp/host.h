@@ -1,0 +1,251 @@
+// Mitsuba behind the engine's C ABI: a table of callbacks over one scene and one sensor.
+#pragma once
+
+#include "photon_walk.h"
+#include "view_walk.h"
+
+#include <cmath>
+
+namespace vpt {
+
+template <typename Float, typename Spectrum> class Host {
+public:
+    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, MediumPtr, BSDF, BSDFPtr, PhaseFunctionContext,
+                    ShapePtr)
+    using View = ViewWalk<Float, Spectrum>;
+    using Photons = PhotonWalk<Float, Spectrum>;
+    static constexpr bool Jit = dr::is_jit_v<Float>;
+
+    Host(Scene *scene, Sensor *sensor) : m_scene(scene), m_sensor(sensor), m_tables(scene, sensor) {
+        for (auto &warning : m_tables.warnings())
+            m_warnings.push_back(warning.c_str());
+    }
+
+    VptHost table() {
+        return { VPT_ABI_VERSION, this,         &c_describe,   &c_view_rays,    &c_view_step,
+                 &c_view_free,    &c_emit,      &c_photon_step, &c_photon_free, &c_extinction,
+                 &c_eval_phase,   &c_store_points, &c_eval_bsdf, &c_splat,      &c_last_error };
+    }
+
+    VptDescription describe() const {
+        const Film *film = m_sensor->film();
+        auto size = film->crop_size();
+        auto offset = ScalarPoint2i(film->crop_offset());
+        if (film->sample_border()) {
+            size += 2 * film->rfilter()->border_size();
+            offset -= (int) film->rfilter()->border_size();
+        }
+        VptDescription out{};
+        out.film_size[0] = size.x();
+        out.film_size[1] = size.y();
+        out.film_offset[0] = offset.x();
+        out.film_offset[1] = offset.y();
+        auto block = const_cast<Film *>(film)->create_block();
+        out.film_channels = block->channel_count();
+        out.film_pixels = block->width() * block->height();
+        out.media = m_tables.media().data();
+        out.media_count = (uint32_t) m_tables.media().size();
+        auto bounds = m_scene->bbox();
+        for (size_t i = 0; i < 3; ++i) {
+            out.bounds_min[i] = bounds.min[i];
+            out.bounds_max[i] = bounds.max[i];
+        }
+        out.emitter_count = (uint32_t) m_scene->emitters().size();
+        out.has_environment = m_scene->environment() != nullptr;
+        out.warnings = m_warnings.data();
+        out.warning_count = (uint32_t) m_warnings.size();
+        out.lanes = Jit ? 1u << 16 : 1u << 10;
+        out.concurrent = !Jit;
+        return out;
+    }
+
+    void extinction(uint32_t n, const uint32_t *medium, const float *position, const float *direction, float *out) {
+        Writer<Float> writer(n);
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            MediumInteraction3f mei = interaction(n, e, medium, position, direction);
+            auto [sigma_s, sigma_n, sigma_t] = mei.medium->get_scattering_coefficients(mei, true);
+            writer.put3(out, e, sigma_t);
+        }
+        writer.flush();
+    }
+
+    void eval_phase(uint32_t n, const uint32_t *medium, const float *position, const float *photon_direction,
+                    const float *view_direction, float *out) {
+        Writer<Float> writer(n);
+        PhaseFunctionContext context(nullptr);
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            MediumInteraction3f mei = interaction(n, e, medium, position, photon_direction);
+            Vector3f wo = -read3<Vector3f>(view_direction, n, e);
+            auto [value, pdf] = mei.medium->phase_function()->eval_pdf(context, mei, wo, true);
+            writer.put3(out, e, unpolarized_spectrum(value));
+        }
+        writer.flush();
+    }
+
+    void store_points(uint32_t n, const float *origin, const float *direction, const uint32_t *skips_emitters) {
+        m_points.clear();
+        m_points.reserve(element_count<Float>(n));
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            Ray3f ray = dr::zeros<Ray3f>();
+            ray.o = read3<Point3f>(origin, n, e);
+            ray.d = read3<Vector3f>(direction, n, e);
+            ray.maxt = dr::Largest<Float>;
+            ray.time = m_sensor->shutter_open();
+            Mask skips = read<UInt32>(skips_emitters, n, e) != 0u;
+            m_points.push_back(View::intersect(m_scene, ray, skips, true));
+        }
+        if constexpr (Jit)
+            for (auto &point : m_points)
+                dr::eval(point);
+    }
+
+    void eval_bsdf(uint32_t n, const uint32_t *point, const float *photon_direction, float *out) {
+        Writer<Float> writer(n);
+        BSDFContext context(TransportMode::Radiance);
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            SurfaceInteraction3f si = stored(read<UInt32>(point, n, e));
+            Vector3f wo = si.to_local(-read3<Vector3f>(photon_direction, n, e));
+            Float cosine = dr::abs(Frame3f::cos_theta(wo));
+            Mask active = si.is_valid() && cosine > 1e-6f;
+            auto value = unpolarized_spectrum(si.bsdf()->eval(context, si, wo, active));
+            writer.put3(out, e, UnpolarizedSpectrum(dr::select(active, value / cosine, 0.f)));
+        }
+        writer.flush();
+    }
+
+    void splat(uint32_t n, const float *position, const float *radiance, const float *alpha, const float *weight,
+               double *storage) {
+        Film *film = m_sensor->film();
+        ref<ImageBlock> block = film->create_block();
+        block->set_offset(film->crop_offset());
+        block->set_warn_negative(false);
+        bool has_alpha = has_flag(film->flags(), FilmFlags::Alpha), box = film->rfilter()->is_box_filter();
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            Point2f p(read<Float>(position, n, e), read<Float>(position + n, n, e));
+            if (box)
+                p = dr::floor(p);
+            Float w = read<Float>(weight, n, e);
+            auto rgb = read3<Color3f>(radiance, n, e) * w;
+            Float values[5] = { rgb.x(), rgb.y(), rgb.z(), w, w };
+            if (has_alpha)
+                values[3] = read<Float>(alpha, n, e) * w;
+            block->put(p, values);
+        }
+        add_block(block, storage);
+    }
+
+private:
+    MediumInteraction3f interaction(uint32_t n, size_t e, const uint32_t *medium, const float *position,
+                                    const float *direction) const {
+        MediumInteraction3f mei = dr::zeros<MediumInteraction3f>(n);
+        mei.p = read3<Point3f>(position, n, e);
+        mei.wi = -read3<Vector3f>(direction, n, e);
+        mei.sh_frame = Frame3f(mei.wi);
+        mei.t = 0.f;
+        mei.medium = m_tables.medium(read<UInt32>(medium, n, e), true);
+        return mei;
+    }
+
+    SurfaceInteraction3f stored(const UInt32 &point) const {
+        if constexpr (Jit)
+            return dr::gather<SurfaceInteraction3f>(m_points[0], point);
+        else
+            return m_points[point];
+    }
+
+    static void add_block(ImageBlock *block, double *storage) {
+        auto &tensor = block->tensor();
+        size_t values = tensor.size();
+        if constexpr (Jit) {
+            std::vector<float> host(values);
+            dr::eval(tensor.array());
+            jit_memcpy(dr::backend_v<Float>, host.data(), tensor.array().data(), values * sizeof(float));
+            for (size_t i = 0; i < values; ++i)
+                storage[i] += host[i];
+        } else {
+            const float *data = tensor.data();
+            for (size_t i = 0; i < values; ++i)
+                storage[i] += data[i];
+        }
+    }
+
+    // No C++ exception crosses the C ABI: it becomes a status and a sentence.
+    template <typename Body> static int32_t guarded(Body &&body) noexcept {
+        try {
+            body();
+            return 0;
+        } catch (const std::exception &e) {
+            last_error() = e.what();
+        } catch (...) {
+            last_error() = "Mitsuba threw an exception of an unknown type";
+        }
+        return 1;
+    }
+
+    static std::string &last_error() {
+        thread_local std::string sentence;
+        return sentence;
+    }
+
+    static Host *self(void *context) { return static_cast<Host *>(context); }
+
+    static int32_t c_describe(void *c, VptDescription *out) {
+        return guarded([&] { *out = self(c)->describe(); });
+    }
+    static int32_t c_view_rays(void *c, const VptViewRequest *request, void **walk) {
+        return guarded([&] { *walk = new View(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, *request); });
+    }
+    static int32_t c_view_step(void *, void *walk, const float *numbers, const VptViewVertices *out) {
+        return guarded([&] { static_cast<View *>(walk)->step(numbers, *out); });
+    }
+    static void c_view_free(void *, void *walk) {
+        guarded([&] { delete static_cast<View *>(walk); });
+    }
+    static int32_t c_emit(void *c, uint32_t lanes, const float *numbers, const VptLimits *limits, void **walk,
+                          uint32_t *alive) {
+        return guarded([&] {
+            auto *photons = new Photons(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, lanes, numbers, *limits);
+            *walk = photons;
+            *alive = photons->lanes();
+        });
+    }
+    static int32_t c_photon_step(void *, void *walk, const float *numbers, const VptPhotonVertices *out,
+                                 uint32_t *alive) {
+        return guarded([&] {
+            static_cast<Photons *>(walk)->step(numbers, *out);
+            *alive = static_cast<Photons *>(walk)->lanes();
+        });
+    }
+    static void c_photon_free(void *, void *walk) {
+        guarded([&] { delete static_cast<Photons *>(walk); });
+    }
+    static int32_t c_extinction(void *c, uint32_t n, const uint32_t *medium, const float *position,
+                                const float *direction, float *out) {
+        return guarded([&] { self(c)->extinction(n, medium, position, direction, out); });
+    }
+    static int32_t c_eval_phase(void *c, uint32_t n, const uint32_t *medium, const float *position,
+                                const float *photon_direction, const float *view_direction, float *out) {
+        return guarded([&] { self(c)->eval_phase(n, medium, position, photon_direction, view_direction, out); });
+    }
+    static int32_t c_store_points(void *c, uint32_t n, const float *origin, const float *direction,
+                                  const uint32_t *skips_emitters) {
+        return guarded([&] { self(c)->store_points(n, origin, direction, skips_emitters); });
+    }
+    static int32_t c_eval_bsdf(void *c, uint32_t n, const uint32_t *point, const float *photon_direction,
+                               float *out) {
+        return guarded([&] { self(c)->eval_bsdf(n, point, photon_direction, out); });
+    }
+    static int32_t c_splat(void *c, uint32_t n, const float *position, const float *radiance, const float *alpha,
+                           const float *weight, double *storage) {
+        return guarded([&] { self(c)->splat(n, position, radiance, alpha, weight, storage); });
+    }
+    static const char *c_last_error(void *) { return last_error().c_str(); }
+
+    Scene *m_scene;
+    Sensor *m_sensor;
+    SceneTables<Float, Spectrum> m_tables;
+    std::vector<const char *> m_warnings;
+    std::vector<SurfaceInteraction3f> m_points;
+};
+
+}

@@ -1,0 +1,97 @@
+// `<integrator type="vpt">`: reads the parameters, lends the scene to the engine, fills the film.
+#pragma once
+
+#include "host.h"
+#include "observer.h"
+
+NAMESPACE_BEGIN(mitsuba)
+
+template <typename Float, typename Spectrum>
+class VptIntegrator final : public Integrator<Float, Spectrum> {
+public:
+    MI_IMPORT_BASE(Integrator, should_stop, m_stop, m_timeout, m_render_timer, m_hide_emitters)
+    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Sampler)
+
+    VptIntegrator(const Properties &props) : Base(props) {
+        m_method = props.get<std::string_view>("method", "ppt");
+        m_radius_schedule = props.get<std::string_view>("radius_schedule", "matched");
+        VptParameters defaults = vpt_default_parameters();
+        m_parameters = defaults;
+        m_parameters.photons = props.get<int64_t>("photons", defaults.photons);
+        m_parameters.jitter_every = props.get<int64_t>("jitter_every", defaults.jitter_every);
+        m_parameters.alpha = props.get<ScalarFloat>("alpha", defaults.alpha);
+        m_parameters.surface_radius = props.get<ScalarFloat>("surface_radius", 0.f);
+        m_parameters.medium_radius = props.get<ScalarFloat>("medium_radius", 0.f);
+        m_parameters.max_depth = props.get<int64_t>("max_depth", -1);
+        m_parameters.rr_depth = props.get<int64_t>("rr_depth", 5);
+        m_parameters.hide_emitters = m_hide_emitters;
+        m_parameters.timeout = m_timeout;
+        VptParameters parameters = bound_parameters();
+        char error[1024];
+        if (vpt_check_parameters(&parameters, error, sizeof(error)) != 0)
+            Throw("vpt: %s", error);
+    }
+
+    TensorXf render(Scene *scene, Sensor *sensor, UInt32 seed, uint32_t spp, bool develop,
+                    bool evaluate) override {
+        DRJIT_MARK_USED(evaluate);
+        dr::suspend_grad<Float> no_gradients;
+        m_stop = false;
+        m_render_timer.reset();
+
+        Sampler *sampler = sensor->sampler();
+        if (spp)
+            sampler->set_sample_count(spp);
+
+        Film *film = sensor->film();
+        if (has_flag(film->flags(), FilmFlags::Special))
+            Throw("vpt: the film \"%s\" wants samples of its own kind; use \"hdrfilm\"", film->class_name());
+        film->prepare({});
+
+        vpt::Host<Float, Spectrum> host(scene, sensor);
+        VptHost table = host.table();
+        VptParameters parameters = bound_parameters();
+        parameters.passes = sampler->sample_count();
+        parameters.seed = vpt::plain(seed);
+
+        VptDescription description = host.describe();
+        std::vector<double> storage((size_t) description.film_pixels * description.film_channels);
+        vpt::RenderWatch watch([this] { return should_stop(); });
+        VptObserver observer = watch.table();
+        char error[4096];
+        if (vpt_render(&table, &parameters, &observer, storage.data(), storage.size(), error, sizeof(error)) != 0)
+            Throw("vpt: %s", error);
+
+        put(film, storage);
+        return develop ? film->develop() : TensorXf();
+    }
+
+    std::string to_string() const override {
+        return tfm::format("VptIntegrator[\n  method = %s,\n  max_depth = %i,\n  photons = %i\n]", m_method,
+                           m_parameters.max_depth, m_parameters.photons);
+    }
+
+    MI_DECLARE_CLASS(VptIntegrator)
+
+private:
+    VptParameters bound_parameters() const {
+        VptParameters parameters = m_parameters;
+        parameters.method = m_method.c_str();
+        parameters.radius_schedule = m_radius_schedule.c_str();
+        return parameters;
+    }
+
+    static void put(Film *film, const std::vector<double> &storage) {
+        ref<ImageBlock> block = film->create_block();
+        block->set_offset(film->crop_offset());
+        std::vector<float> values(storage.begin(), storage.end());
+        auto &array = block->tensor().array();
+        array = dr::load<std::decay_t<decltype(array)>>(values.data(), values.size());
+        film->put_block(block);
+    }
+
+    std::string m_method, m_radius_schedule;
+    VptParameters m_parameters;
+};
+
+NAMESPACE_END(mitsuba)

@@ -1,0 +1,268 @@
+// Photon walks: from an emitter through surfaces and media, one segment a step.
+#pragma once
+
+#include "tables.h"
+
+namespace vpt {
+
+template <typename Float, typename Spectrum> class PhotonWalk {
+public:
+    MI_IMPORT_TYPES(Scene, Sensor, Medium, MediumPtr, EmitterPtr, BSDF, BSDFPtr, PhaseFunctionContext,
+                    ShapePtr)
+    using Tables = SceneTables<Float, Spectrum>;
+    static constexpr bool Jit = dr::is_jit_v<Float>;
+
+    // `flux` carries spectral multiple importance sampling over the hero channel: it is divided by the
+    // mean of `density`, the density of this walk had another channel been the hero, relative to this
+    // one's; both are rescaled so that the mean stays 1.
+    struct Walk {
+        Ray3f ray;
+        MediumPtr medium;
+        UnpolarizedSpectrum flux, density;
+        Float emitted;
+        UInt32 channel, depth, index;
+        Mask active;
+        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, channel, depth, index, active)
+    };
+
+    struct Numbers {
+        Float flight, lobe;
+        Point2f direction;
+        Float roulette;
+    };
+
+    PhotonWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, uint32_t lanes,
+               const float *numbers, const VptLimits &limits)
+        : m_scene(scene), m_tables(tables), m_limits(limits), m_walks(element_count<Float>(lanes)) {
+        for (size_t e = 0; e < m_walks.size(); ++e)
+            emit(sensor, numbers, lanes, m_walks[e], e);
+        drop_finished(lanes);
+    }
+
+    uint32_t lanes() const { return m_lanes; }
+
+    void step(const float *numbers, const VptPhotonVertices &out) {
+        size_t n = m_lanes;
+        Writer<Float> writer(n);
+        for (size_t e = 0; e < m_walks.size(); ++e) {
+            Numbers u{ read<Float>(numbers, n, e), read<Float>(numbers + n, n, e),
+                       Point2f(read<Float>(numbers + 2 * n, n, e), read<Float>(numbers + 3 * n, n, e)),
+                       read<Float>(numbers + 4 * n, n, e) };
+            step(m_walks[e], u, out, writer, e);
+        }
+        writer.schedule();
+        drop_finished(n);
+        writer.flush();
+    }
+
+private:
+    struct Flight {
+        MediumInteraction3f mei;
+        Ray3f ray;
+        Float remaining, travelled;
+        UnpolarizedSpectrum flux, density;
+        UInt32 event;
+        Float sample;
+        Mask active, collided;
+        DRJIT_STRUCT(Flight, mei, ray, remaining, travelled, flux, density, event, sample, active, collided)
+    };
+
+    void emit(const Sensor *sensor, const float *numbers, size_t n, Walk &walk, size_t e) const {
+        auto number = [&](size_t i) { return read<Float>(numbers + i * n, n, e); };
+        Float time = sensor->shutter_open() + number(5) * sensor->shutter_open_time();
+        auto [ray, weight, emitter] = m_scene->sample_emitter_ray(
+            time, number(0), Point2f(number(1), number(2)), Point2f(number(3), number(4)), true);
+        walk.ray = ray;
+        walk.flux = unpolarized_spectrum(weight);
+        walk.density = UnpolarizedSpectrum(1.f);
+        walk.emitted = dr::max(walk.flux);
+        walk.channel = dr::minimum(UInt32(number(6) * 3.f), 2u);
+        walk.depth = dr::zeros<UInt32>(n);
+        if constexpr (Jit)
+            walk.index = dr::arange<UInt32>(n);
+        else
+            walk.index = (uint32_t) e;
+        auto [medium, shines] = m_tables.emitter_medium(emitter, true);
+        walk.medium = medium;
+        walk.active = shines && dr::all(dr::isfinite(walk.flux)) && walk.emitted > 0.f &&
+                      m_limits.max_depth >= 2;
+    }
+
+    void step(Walk &w, const Numbers &u, const VptPhotonVertices &out, Writer<Float> &writer, size_t e) const {
+        Vector3f direction = w.ray.d;
+        Point3f origin = w.ray.o;
+        UInt32 medium = m_tables.medium_index(w.medium);
+        UInt32 index = w.index, depth = w.depth;
+
+        SurfaceInteraction3f si = m_scene->ray_intersect(w.ray, w.active);
+        Flight flight = fly(w, si, u);
+        Mask collided = flight.collided, surface = w.active && !collided && si.is_valid();
+        w.flux = flight.flux;
+        w.density = flight.density;
+
+        BSDFPtr bsdf = si.bsdf(w.ray);
+        UInt32 lobes = dr::select(surface, bsdf->flags(), 0u);
+        Mask receives = surface && has_flag(lobes, BSDFFlags::Smooth);
+        Point3f position = dr::select(collided, flight.mei.p, si.p);
+        UnpolarizedSpectrum flux = w.flux * dr::select(receives, shading_ratio(si), 1.f);
+
+        UInt32 event = dr::select(collided, UInt32(VPT_PHOTON_MEDIUM),
+                                  dr::select(receives, UInt32(VPT_PHOTON_SURFACE), UInt32(VPT_PHOTON_NONE)));
+        writer.put(out.walk, e, index);
+        writer.put(out.event, e, event);
+        writer.put(out.medium, e, medium);
+        writer.put(out.depth, e, depth);
+        writer.put3(out.position, e, position);
+        writer.put3(out.direction, e, direction);
+        writer.put(out.length, e, dr::select(collided || surface, dr::norm(position - origin), dr::Infinity<Float>));
+        writer.put3(out.geometric_normal, e, Vector3f(si.n));
+        writer.put3(out.flux, e, flux);
+
+        Mask scattered = false, alive = false;
+        if (dr::any_or<true>(collided))
+            scatter_medium(w, flight.mei, u, collided, scattered, alive);
+        if (dr::any_or<true>(surface))
+            scatter_surface(w, si, bsdf, u, surface, direction, scattered, alive);
+        finish(w, u, scattered, alive);
+    }
+
+    // Delta tracking to the next real collision or to the surface. Beyond the first, the numbers of
+    // null collisions are a hash of the step's own, so that a walk is a function of its numbers.
+    Flight fly(const Walk &w, const SurfaceInteraction3f &si, const Numbers &u) const {
+        Flight f{ dr::zeros<MediumInteraction3f>(dr::width(w.flux)), w.ray, si.t, 0.f, w.flux, w.density,
+                  0u, u.flight, w.active && w.medium != nullptr, false };
+        if (dr::none_or<false>(f.active))
+            return f;
+        UInt32 key = dr::reinterpret_array<UInt32>(u.flight) ^ (dr::reinterpret_array<UInt32>(u.lobe) * 0x9e3779b9u);
+        MediumPtr medium = w.medium;
+        UInt32 channel = w.channel;
+        dr::tie(f) = dr::while_loop(
+            dr::make_tuple(f), [](const Flight &f) { return f.active; },
+            [medium, channel, key](Flight &f) { collide(f, medium, channel, key); }, "Free flight");
+        return f;
+    }
+
+    static void collide(Flight &f, const MediumPtr &medium, const UInt32 &channel, const UInt32 &key) {
+        f.mei = medium->sample_interaction(f.ray, f.sample, channel, f.active);
+        Mask inside = f.active && f.mei.is_valid() && f.mei.t < f.remaining;
+        Float majorant = component(f.mei.combined_extinction, channel),
+              sigma_t = component(f.mei.sigma_t, channel);
+        Mask real = inside && sample_tea_float32<UInt32>(key, 2u * f.event + 1u) * majorant < sigma_t,
+             null = inside && !real;
+
+        auto [crosses, near, far] = medium->intersect_aabb(f.ray);
+        Float crossing = dr::maximum(dr::minimum(f.remaining, far) - dr::maximum(near, 0.f), 0.f);
+        Float t = dr::select(inside, f.mei.t - f.mei.mint, dr::select(crosses, crossing, 0.f));
+        UnpolarizedSpectrum excess = f.mei.combined_extinction - majorant;
+        UnpolarizedSpectrum ratio = dr::select(excess == 0.f, 1.f, dr::exp(-t * excess)) ;
+
+        // [Miller 2019] one walk, three hypothetical heroes.
+        UnpolarizedSpectrum sigma_n = dr::maximum(f.mei.combined_extinction - f.mei.sigma_t, 0.f);
+        UnpolarizedSpectrum by_null = sigma_n * dr::rcp(component(sigma_n, channel));
+        UnpolarizedSpectrum value = ratio * dr::select(real, f.mei.sigma_s * dr::rcp(sigma_t), 1.f),
+                            density = ratio * dr::select(real, f.mei.sigma_t * dr::rcp(sigma_t), 1.f);
+        dr::masked(value, null) *= by_null;
+        dr::masked(density, null) *= by_null;
+        density *= f.density;
+        Float mean = dr::mean(density);
+        dr::masked(f.flux, f.active) = f.flux * value * dr::rcp(mean);
+        dr::masked(f.density, f.active) = density * dr::rcp(mean);
+
+        dr::masked(f.ray.o, null) = f.mei.p;
+        dr::masked(f.remaining, null) = f.remaining - f.mei.t;
+        dr::masked(f.travelled, inside) = f.travelled + f.mei.t;
+        f.event += 1u;
+        f.sample = sample_tea_float32<UInt32>(key, 2u * f.event);
+        f.collided |= real;
+        f.active = null && f.remaining > 0.f;
+    }
+
+    // Density of photons is per geometric area, reflection counts the shading normal's cosine.
+    static Float shading_ratio(const SurfaceInteraction3f &si) {
+        Float shading = dr::abs(Frame3f::cos_theta(si.wi)),
+              geometric = dr::abs(dr::dot(si.n, si.to_world(si.wi)));
+        Mask flat = dr::dot(si.n, si.sh_frame.n) > 1.f - 1e-6f;
+        return dr::select(flat, 1.f, shading / dr::maximum(geometric, 1e-3f));
+    }
+
+    static void scatter_medium(Walk &w, const MediumInteraction3f &mei, const Numbers &u, const Mask &active,
+                               Mask &scattered, Mask &alive) {
+        PhaseFunctionContext context(nullptr);
+        auto phase = mei.medium->phase_function();
+        dr::masked(phase, !active) = nullptr;
+        auto [wo, weight, pdf] = phase->sample(context, mei, u.lobe, u.direction, active);
+        Ray3f next = mei.spawn_ray(wo);
+        dr::masked(w.ray, active) = next;
+        dr::masked(w.flux, active) *= unpolarized_spectrum(weight);
+        scattered |= active;
+        alive |= active && pdf > 0.f;
+    }
+
+    static void scatter_surface(Walk &w, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const Numbers &u,
+                                const Mask &active, const Vector3f &direction, Mask &scattered, Mask &alive) {
+        BSDFContext context(TransportMode::Importance);
+        auto [bs, value] = bsdf->sample(context, si, u.lobe, u.direction, active);
+        UnpolarizedSpectrum weight = unpolarized_spectrum(value);
+        Vector3f wo = si.to_world(bs.wo);
+        Mask null = has_flag(bs.sampled_type, BSDFFlags::Null);
+
+        // Adjoint of shading normals. [Veach 1997 (5.19)]
+        Float in_geometric = dr::dot(si.n, -direction), out_geometric = dr::dot(si.n, wo),
+              in_shading = Frame3f::cos_theta(si.wi), out_shading = Frame3f::cos_theta(bs.wo);
+        Mask leaks = in_geometric * in_shading <= 0.f || out_geometric * out_shading <= 0.f;
+        Float correction = dr::abs((in_shading * out_geometric) / (out_shading * in_geometric));
+        Mask flat = dr::dot(si.n, si.sh_frame.n) > 1.f - 1e-6f;
+        weight *= dr::select(null || flat, 1.f, dr::select(leaks, 0.f, correction));
+
+        Ray3f next = si.spawn_ray(wo);
+        dr::masked(w.ray, active) = next;
+        dr::masked(w.flux, active) *= weight;
+        Mask transition = active && si.is_medium_transition();
+        dr::masked(w.medium, transition) = si.target_medium(next.d);
+        scattered |= active && !null;
+        alive |= active && bs.pdf > 0.f;
+    }
+
+    // Depth, Russian roulette, and the end of walks that nothing can see any more.
+    void finish(Walk &w, const Numbers &u, const Mask &scattered, const Mask &alive) const {
+        dr::masked(w.depth, scattered) += 1u;
+        Float flux = dr::max(w.flux);
+        w.active = alive && dr::all(dr::isfinite(w.flux)) && flux > 0.f &&
+                   w.depth < m_limits.max_depth - 1u;
+        Float q = dr::minimum(flux / w.emitted, .95f);
+        Mask roulette = w.active && w.depth > m_limits.rr_depth;
+        w.active &= !roulette || u.roulette < q;
+        dr::masked(w.flux, roulette) *= dr::rcp(q);
+    }
+
+    // Keeps the walks that go on, in their order.
+    void drop_finished(size_t lanes) {
+        if constexpr (Jit) {
+            if (m_walks.empty()) {
+                m_lanes = 0;
+                return;
+            }
+            Walk &walk = m_walks[0];
+            walk.active &= dr::full<Mask>(true, lanes);
+            dr::eval(walk);
+            UInt32 alive = dr::compress(walk.active);
+            m_lanes = (uint32_t) alive.size();
+            if (m_lanes == 0)
+                m_walks.clear();
+            else if (m_lanes < lanes)
+                walk = dr::gather<Walk>(walk, alive);
+        } else {
+            auto finished = [](const Walk &walk) { return !walk.active; };
+            m_walks.erase(std::remove_if(m_walks.begin(), m_walks.end(), finished), m_walks.end());
+            m_lanes = (uint32_t) m_walks.size();
+        }
+    }
+
+    const Scene *m_scene;
+    const Tables &m_tables;
+    VptLimits m_limits;
+    uint32_t m_lanes = 0;
+    std::vector<Walk> m_walks;
+};
+
+}

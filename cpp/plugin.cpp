@@ -1,0 +1,41 @@
+#include "register.h"
+
+#include "mitsuba.h"
+#include "vpt.h"
+
+namespace vpt {
+
+using namespace mitsuba;
+
+// One build fits one Mitsuba: class layouts and vtables differ between versions.
+static bool fits_loaded_mitsuba() {
+    return util::info_build(1).rfind("Mitsuba version " MI_VERSION " ", 0) == 0;
+}
+
+static ref<Object> refuse_version(void *, const Properties &) {
+    Throw("this vpt plugin was built for Mitsuba " MI_VERSION ", but was loaded by \"%s\"; install "
+          "mitsuba==" MI_VERSION ", or build vpt against the version that you have", util::info_build(1));
+}
+
+static ref<Object> refuse_variant(void *, const Properties &) {
+    Throw("vpt works in the variants scalar_rgb, llvm_ad_rgb and cuda_ad_rgb; spectral, mono and "
+          "polarized variants are not supported");
+}
+
+// A refusal is a constructor that throws, so that no exception leaves the plugin's entry point.
+void register_all(std::string_view name, PluginRegisterFn callback) {
+    bool fits = fits_loaded_mitsuba();
+    for (const std::string &variant : string::tokenize(MI_VARIANTS, "\n"))
+        callback(name, variant, ObjectType::Integrator, fits ? refuse_variant : refuse_version);
+    if (!fits)
+        return;
+    register_scalar_rgb(name, callback);
+    register_llvm_ad_rgb(name, callback);
+    register_cuda_ad_rgb(name, callback);
+}
+
+}
+
+extern "C" void vpt_register_plugin(const char *name, size_t length, void *callback) {
+    vpt::register_all(std::string_view(name, length), (mitsuba::PluginRegisterFn) callback);
+}

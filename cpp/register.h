@@ -1,0 +1,15 @@
+// Each variant's file registers its own instantiation.
+#pragma once
+
+#include <mitsuba/core/object.h>
+
+namespace vpt {
+
+void register_scalar_rgb(std::string_view name, mitsuba::PluginRegisterFn callback);
+void register_llvm_ad_rgb(std::string_view name, mitsuba::PluginRegisterFn callback);
+void register_cuda_ad_rgb(std::string_view name, mitsuba::PluginRegisterFn callback);
+
+// All variants: the three above, and a refusal for every other.
+void register_all(std::string_view name, mitsuba::PluginRegisterFn callback);
+
+}

@@ -1,0 +1,344 @@
+// What is known of a scene before rendering: its media, numbered for the engine; which BSDFs are plain
+// Lambertian reflectors; and in which medium each emitter's light starts.
+#pragma once
+
+#include "lanes.h"
+#include "vpt.h"
+
+#include <string>
+#include <unordered_set>
+
+namespace vpt {
+
+// Values that a plugin offers under a name (Object::traverse).
+struct NamedParts : TraversalCallback {
+    std::vector<std::pair<std::string, Object *>> objects;
+    std::vector<std::pair<std::string, std::pair<void *, const std::type_info *>>> values;
+
+    explicit NamedParts(Object *object) { object->traverse(this); }
+
+    Object *object(const std::string &name) const {
+        for (auto &part : objects)
+            if (part.first == name)
+                return part.second;
+        return nullptr;
+    }
+
+    template <typename T> const T *value(const std::string &name) const {
+        for (auto &part : values)
+            if (part.first == name && *part.second.second == typeid(T))
+                return static_cast<const T *>(part.second.first);
+        return nullptr;
+    }
+
+protected:
+    void put_value(std::string_view name, void *value, uint32_t, const std::type_info &type) override {
+        values.push_back({ std::string(name), { value, &type } });
+    }
+    void put_object(std::string_view name, Object *object, uint32_t) override {
+        objects.push_back({ std::string(name), object });
+    }
+};
+
+// Any width-1 Dr.Jit value, or a scalar, as a plain number.
+template <typename Value> dr::scalar_t<Value> plain(const Value &value) {
+    if constexpr (dr::is_jit_v<Value>)
+        return value.entry(0);
+    else
+        return value;
+}
+
+template <typename Float, typename Spectrum> class SceneTables {
+public:
+    MI_IMPORT_TYPES(Scene, Sensor, Shape, ShapePtr, BSDF, BSDFPtr, Medium, MediumPtr, Emitter,
+                    EmitterPtr, PhaseFunction, Volume)
+    static constexpr bool Jit = dr::is_jit_v<Float>;
+
+    SceneTables(Scene *scene, Sensor *sensor) : m_scene(scene), m_sensor(sensor) {
+        visit(scene);
+        collect_media();
+        collect_bsdfs();
+        collect_emitters();
+    }
+
+    const std::vector<VptMedium> &media() const { return m_descriptions; }
+    const std::vector<std::string> &warnings() const { return m_warnings; }
+
+    // The engine's number of a medium.
+    UInt32 medium_index(const MediumPtr &medium) const {
+        if constexpr (Jit) {
+            return dr::gather<UInt32>(m_index_by_id, dr::reinterpret_array<UInt32>(medium));
+        } else {
+            for (size_t i = 0; i < m_media.size(); ++i)
+                if (m_media[i] == medium)
+                    return (uint32_t) i;
+            return VPT_VACUUM;
+        }
+    }
+
+    MediumPtr medium(const UInt32 &index, const Mask &active) const {
+        if constexpr (Jit)
+            return dr::gather<MediumPtr>(m_media_dr, index, active && index != VPT_VACUUM);
+        else
+            return active && index != VPT_VACUUM ? m_media[index] : nullptr;
+    }
+
+    // Is the smooth part of this BSDF a Lambertian reflector and nothing else?
+    Mask is_lambertian(const BSDFPtr &bsdf, const Mask &active) const {
+        if constexpr (Jit) {
+            return dr::gather<UInt32>(m_lambertian_by_id, dr::reinterpret_array<UInt32>(bsdf), active) != 0;
+        } else {
+            for (const BSDF *known : m_lambertian)
+                if (known == bsdf)
+                    return active;
+            return false;
+        }
+    }
+
+    // The medium in which light leaves an emitter, and whether any of it arrives anywhere.
+    std::pair<MediumPtr, Mask> emitter_medium(const EmitterPtr &emitter, const Mask &active) const {
+        if constexpr (Jit) {
+            UInt32 id = dr::reinterpret_array<UInt32>(emitter);
+            return { dr::gather<MediumPtr>(m_emitter_media_dr, id, active),
+                     dr::gather<UInt32>(m_emitter_lit, id, active) != 0 };
+        } else {
+            for (size_t i = 0; i < m_scene->emitters().size(); ++i)
+                if (m_scene->emitters()[i].get() == emitter)
+                    return { m_emitter_media[i], m_emitter_shines[i] };
+            return { nullptr, false };
+        }
+    }
+
+private:
+    // Every object of the scene, those inside shape groups too.
+    void visit(Object *object) {
+        if (!object || !m_visited.insert(object).second)
+            return;
+        for (auto &part : NamedParts(object).objects)
+            visit(part.second);
+        if (auto *shape = dynamic_cast<Shape *>(object)) {
+            visit(const_cast<Medium *>(shape->interior_medium()));
+            visit(const_cast<Medium *>(shape->exterior_medium()));
+        }
+    }
+
+    template <typename T> std::vector<T *> all_of() const {
+        std::vector<T *> found;
+        for (Object *object : m_visited)
+            if (auto *match = dynamic_cast<T *>(object))
+                found.push_back(match);
+        return found;
+    }
+
+    void add_medium(const Medium *medium) {
+        if (!medium || std::find(m_media.begin(), m_media.end(), medium) != m_media.end())
+            return;
+        m_media.push_back(medium);
+        m_names.push_back(std::make_unique<std::string>(
+            medium->id().empty() ? std::string(medium->class_name()) : std::string(medium->id())));
+        m_descriptions.push_back(describe(const_cast<Medium *>(medium), *m_names.back()));
+    }
+
+    void collect_media() {
+        add_medium(m_sensor->medium());
+        for (auto &shape : m_scene->shapes()) {
+            add_medium(shape->interior_medium());
+            add_medium(shape->exterior_medium());
+        }
+        for (auto &emitter : m_scene->emitters())
+            add_medium(emitter->medium());
+        for (const Medium *medium : all_of<Medium>())
+            add_medium(medium);
+        if constexpr (Jit) {
+            std::vector<uint32_t> index_by_id(registry_bound("Medium"), VPT_VACUUM);
+            for (size_t i = 0; i < m_media.size(); ++i)
+                index_by_id[jit_registry_id(m_media[i])] = (uint32_t) i;
+            m_index_by_id = dr::load<UInt32>(index_by_id.data(), index_by_id.size());
+            m_media_dr = dr::load<DynamicBuffer<MediumPtr>>(m_media.data(), m_media.size());
+            dr::eval(m_index_by_id, m_media_dr);
+        }
+    }
+
+    static size_t registry_bound(const char *domain) {
+        return jit_registry_id_bound(Scene::Variant, domain) + 1;
+    }
+
+    VptMedium describe(Medium *medium, const std::string &name) const {
+        VptMedium out{};
+        out.name = name.c_str();
+        const PhaseFunction *phase = medium->phase_function();
+        bool directional = has_flag(phase->get_flags(), PhaseFunctionFlags::Microflake);
+        out.varying = directional || !medium->is_homogeneous();
+        describe_phase(const_cast<PhaseFunction *>(phase), out);
+        describe_bounds(medium, out);
+        if (!out.varying) {
+            MediumInteraction3f mei = dr::zeros<MediumInteraction3f>();
+            mei.p = Point3f(0.f);
+            mei.wi = Vector3f(0.f, 0.f, 1.f);
+            auto sigma_t = medium->get_majorant(mei, true);
+            for (size_t i = 0; i < 3; ++i)
+                out.sigma_t[i] = plain(Float(sigma_t[i]));
+        }
+        return out;
+    }
+
+    static void describe_phase(PhaseFunction *phase, VptMedium &out) {
+        out.phase = VPT_PHASE_OPAQUE;
+        if (phase->class_name() == "IsotropicPhaseFunction") {
+            out.phase = VPT_PHASE_ISOTROPIC;
+        } else if (phase->class_name() == "HGPhaseFunction") {
+            if (const Float *g = NamedParts(phase).value<Float>("g")) {
+                out.phase = VPT_PHASE_HENYEY_GREENSTEIN;
+                out.g = plain(*g);
+            }
+        }
+    }
+
+    // The box of the extinction's grid, and its voxel size as the scale on which it varies.
+    static void describe_bounds(Medium *medium, VptMedium &out) {
+        for (size_t i = 0; i < 3; ++i) {
+            out.bounds_min[i] = -dr::Infinity<float>;
+            out.bounds_max[i] = dr::Infinity<float>;
+        }
+        out.feature_size = dr::Infinity<float>;
+        Object *part = NamedParts(medium).object("sigma_t");
+        if (auto *volume = dynamic_cast<Volume *>(part); volume && !medium->is_homogeneous()) {
+            auto box = volume->bbox();
+            auto resolution = volume->resolution();
+            for (size_t i = 0; i < 3; ++i) {
+                out.bounds_min[i] = box.min[i];
+                out.bounds_max[i] = box.max[i];
+                float voxel = (box.max[i] - box.min[i]) / (float) std::max(1, (int) resolution[i]);
+                out.feature_size = std::min(out.feature_size, voxel);
+            }
+        }
+    }
+
+    static bool lambertian(Object *bsdf) {
+        if (bsdf->class_name() == "SmoothDiffuse")
+            return true;
+        if (bsdf->class_name() != "TwoSidedBRDF")
+            return false;
+        NamedParts parts(bsdf);
+        for (auto &part : parts.objects)
+            if (part.second && !lambertian(part.second))
+                return false;
+        return !parts.objects.empty();
+    }
+
+    void collect_bsdfs() {
+        for (BSDF *bsdf : all_of<BSDF>())
+            if (lambertian(bsdf))
+                m_lambertian.push_back(bsdf);
+        if constexpr (Jit) {
+            std::vector<uint32_t> by_id(registry_bound("BSDF"), 0);
+            for (const BSDF *bsdf : m_lambertian)
+                by_id[jit_registry_id(bsdf)] = 1;
+            m_lambertian_by_id = dr::load<UInt32>(by_id.data(), by_id.size());
+            dr::eval(m_lambertian_by_id);
+        }
+    }
+
+    void collect_emitters() {
+        for (auto &emitter : m_scene->emitters()) {
+            const Medium *medium = medium_around(emitter.get());
+            bool infinite = has_flag(emitter->flags(), EmitterFlags::Infinite);
+            bool shines = !(infinite && medium && medium->is_homogeneous());
+            if (!shines)
+                m_warnings.push_back(tfm::format(
+                    "the emitter \"%s\" is infinitely far away inside the unbounded medium \"%s\", which "
+                    "absorbs all of its light; bound the medium with a shape that names it as interior",
+                    emitter->id(), medium->id()));
+            m_emitter_media.push_back(medium);
+            m_emitter_shines.push_back(shines);
+        }
+        if constexpr (Jit) {
+            size_t bound = registry_bound("Emitter");
+            std::vector<const Medium *> media(bound, nullptr);
+            std::vector<uint32_t> lit(bound, 0);
+            for (size_t i = 0; i < m_emitter_media.size(); ++i) {
+                uint32_t id = jit_registry_id(m_scene->emitters()[i].get());
+                media[id] = m_emitter_media[i];
+                lit[id] = m_emitter_shines[i];
+            }
+            m_emitter_media_dr = dr::load<DynamicBuffer<MediumPtr>>(media.data(), bound);
+            m_emitter_lit = dr::load<UInt32>(lit.data(), bound);
+            dr::eval(m_emitter_media_dr, m_emitter_lit);
+        }
+    }
+
+    // What the scene says of the emitter's surroundings or, where it says nothing, what a straight way
+    // from the emitter to the sensor meets.
+    const Medium *medium_around(Emitter *emitter) {
+        if (const Shape *shape = emitter->shape(); shape && shape->is_medium_transition())
+            return shape->exterior_medium();
+        if (emitter->medium())
+            return emitter->medium();
+        auto center = m_scene->bbox().center();
+        auto eye = ScalarPoint3f(0.f);
+        for (size_t i = 0; i < 3; ++i)
+            eye[i] = plain(Float((m_sensor->world_transform() * Point3f(0.f))[i]));
+        if (has_flag(emitter->flags(), EmitterFlags::Infinite)) {
+            auto extent = m_scene->bbox().extents();
+            float far = 4.f * (dr::norm(extent) + dr::norm(center - eye)) + 1.f;
+            return medium_toward(center + ScalarVector3f(0.31f, 0.47f, 0.83f) * far, eye);
+        }
+        auto [ps, weight] = emitter->sample_position(0.f, Point2f(0.4142f, 0.7321f));
+        ScalarPoint3f start;
+        for (size_t i = 0; i < 3; ++i)
+            start[i] = plain(Float(ps.p[i]));
+        if (emitter->shape())
+            for (size_t i = 0; i < 3; ++i)
+                start[i] += plain(Float(ps.n[i])) * 1e-4f * (1.f + dr::max(dr::abs(start)));
+        return medium_toward(start, eye);
+    }
+
+    // The medium at `from`: that on the near side of the first boundary on the way to `eye`, or the
+    // sensor's own where there is none.
+    const Medium *medium_toward(ScalarPoint3f from, ScalarPoint3f eye) {
+        for (int crossings = 0; crossings < 1000; ++crossings) {
+            ScalarVector3f d = eye - from;
+            float distance = dr::norm(d);
+            if (!(distance > 0.f))
+                break;
+            d /= distance;
+            Ray3f ray = dr::zeros<Ray3f>();
+            ray.o = Point3f(from);
+            ray.d = Vector3f(d);
+            ray.maxt = distance;
+            SurfaceInteraction3f si = m_scene->ray_intersect(ray, true);
+            if (!plain(Mask(si.is_valid())))
+                break;
+            const Shape *shape = shape_of(si.shape);
+            float cosine = plain(Float(dr::dot(si.n, ray.d)));
+            if (shape->is_medium_transition())
+                return cosine < 0.f ? shape->exterior_medium() : shape->interior_medium();
+            for (size_t i = 0; i < 3; ++i)
+                from[i] = plain(Float(si.spawn_ray(ray.d).o[i]));
+        }
+        return m_sensor->medium();
+    }
+
+    static const Shape *shape_of(const ShapePtr &shape) {
+        if constexpr (Jit)
+            return (const Shape *) jit_registry_ptr(
+                Scene::Variant, Shape::Domain, dr::reinterpret_array<UInt32>(shape).entry(0));
+        else
+            return shape;
+    }
+
+    std::unordered_set<Object *> m_visited;
+    Scene *m_scene;
+    Sensor *m_sensor;
+    std::vector<const Medium *> m_media;
+    std::vector<std::unique_ptr<std::string>> m_names;
+    std::vector<VptMedium> m_descriptions;
+    std::vector<const BSDF *> m_lambertian;
+    std::vector<const Medium *> m_emitter_media;
+    std::vector<bool> m_emitter_shines;
+    std::vector<std::string> m_warnings;
+    UInt32 m_index_by_id, m_lambertian_by_id, m_emitter_lit;
+    DynamicBuffer<MediumPtr> m_media_dr, m_emitter_media_dr;
+};
+
+}

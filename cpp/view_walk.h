@@ -1,0 +1,161 @@
+// View rays: from the sensor through delta lobes and medium boundaries, one segment a step.
+#pragma once
+
+#include "tables.h"
+
+namespace vpt {
+
+template <typename Float, typename Spectrum> class ViewWalk {
+public:
+    MI_IMPORT_TYPES(Scene, Sensor, Film, Medium, MediumPtr, Emitter, EmitterPtr, BSDF, BSDFPtr, Shape,
+                    ShapePtr)
+    using Tables = SceneTables<Float, Spectrum>;
+
+    struct Ray {
+        Ray3f ray;
+        MediumPtr medium;
+        UInt32 depth;
+        Mask active;
+        DRJIT_STRUCT(Ray, ray, medium, depth, active)
+    };
+
+    ViewWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const VptViewRequest &request)
+        : m_scene(scene), m_tables(tables), m_limits(request.limits), m_lanes(request.lanes),
+          m_rays(element_count<Float>(request.lanes)) {
+        Writer<Float> out(m_lanes);
+        for (size_t e = 0; e < m_rays.size(); ++e)
+            out.put3(request.importance, e, start(sensor, request, m_rays[e], e));
+        out.flush();
+    }
+
+    void step(const float *numbers, const VptViewVertices &out) {
+        Writer<Float> writer(m_lanes);
+        for (size_t e = 0; e < m_rays.size(); ++e) {
+            Float lobe = read<Float>(numbers, m_lanes, e);
+            Point2f direction(read<Float>(numbers + m_lanes, m_lanes, e),
+                              read<Float>(numbers + 2 * m_lanes, m_lanes, e));
+            step(m_rays[e], lobe, direction, out, writer, e);
+        }
+        if constexpr (dr::is_jit_v<Float>)
+            for (Ray &ray : m_rays)
+                dr::schedule(ray);
+        writer.flush();
+    }
+
+    // The first surface, emitters skipped where `hide_emitters` asks for it.
+    static SurfaceInteraction3f intersect(const Scene *scene, const Ray3f &ray_, Mask skips_emitters,
+                                          Mask active) {
+        SurfaceInteraction3f si = scene->ray_intersect(ray_, active);
+        if (dr::none_or<false>(skips_emitters && active))
+            return si;
+        struct State {
+            SurfaceInteraction3f si;
+            Ray3f ray;
+            Mask active;
+            DRJIT_STRUCT(State, si, ray, active)
+        } state{ si, ray_, active && skips_emitters };
+        dr::tie(state) = dr::while_loop(
+            dr::make_tuple(state), [](const State &s) { return s.active; },
+            [scene](State &s) {
+                s.active &= s.si.is_valid();
+                s.active &= s.si.shape->emitter() != nullptr;
+                dr::masked(s.ray, s.active) = s.si.spawn_ray(s.ray.d);
+                dr::masked(s.si, s.active) = scene->ray_intersect(s.ray, s.active);
+            },
+            "Skip emitters");
+        si = state.si;
+        dr::masked(si.t, si.is_valid()) = dr::norm(si.p - ray_.o);
+        return si;
+    }
+
+private:
+    UnpolarizedSpectrum start(const Sensor *sensor, const VptViewRequest &request, Ray &ray, size_t e) {
+        size_t n = m_lanes;
+        const Film *film = sensor->film();
+        ScalarVector2f scale = 1.f / ScalarVector2f(film->crop_size()),
+                       offset = -ScalarVector2f(film->crop_offset()) * scale;
+        Vector2f position(read<Float>(request.film, n, e), read<Float>(request.film + n, n, e));
+        Point2f aperture(read<Float>(request.numbers, n, e), read<Float>(request.numbers + n, n, e));
+        Float time = sensor->shutter_open() +
+                     read<Float>(request.numbers + 2 * n, n, e) * sensor->shutter_open_time();
+        Float wavelength = read<Float>(request.numbers + 3 * n, n, e);
+        auto [differential, weight] = sensor->sample_ray_differential(
+            time, wavelength, dr::fmadd(position, scale, offset), aperture);
+        ray.ray = Ray3f(differential);
+        ray.medium = sensor->medium();
+        ray.depth = dr::zeros<UInt32>(n);
+        ray.active = m_limits.max_depth > 0;
+        return unpolarized_spectrum(weight);
+    }
+
+    void step(Ray &s, const Float &lobe, const Point2f &direction, const VptViewVertices &out,
+              Writer<Float> &writer, size_t e) const {
+        Mask first = s.depth == 0u, hides = first && m_limits.hide_emitters != 0;
+        SurfaceInteraction3f si = intersect(m_scene, s.ray, hides, s.active);
+        Mask hit = s.active && si.is_valid();
+
+        EmitterPtr emitter = si.emitter(m_scene, s.active);
+        Mask emits = s.active && emitter != nullptr && !hides;
+        Spectrum emission = dr::zeros<Spectrum>();
+        if (dr::any_or<true>(emits))
+            dr::masked(emission, emits) = emitter->eval(si, emits);
+
+        BSDFPtr bsdf = si.bsdf(s.ray);
+        UInt32 lobes = dr::select(hit, bsdf->flags(), 0u);
+        Mask visible_point = hit && has_flag(lobes, BSDFFlags::Smooth) && s.depth + 1u < m_limits.max_depth,
+             lambertian = visible_point && m_tables.is_lambertian(bsdf, visible_point);
+        Spectrum reflectance = dr::zeros<Spectrum>();
+        if (dr::any_or<true>(lambertian))
+            dr::masked(reflectance, lambertian) = bsdf->eval_diffuse_reflectance(si, lambertian);
+
+        auto [weight, scattered, continues] = follow_delta(s, si, bsdf, lobes, lobe, direction, hit, out,
+                                                           writer, e);
+
+        auto bit = [](const Mask &mask, uint32_t value) { return dr::select(mask, UInt32(value), UInt32(0)); };
+        writer.put(out.flags, e, bit(continues, VPT_VIEW_CONTINUES) | bit(visible_point, VPT_VIEW_VISIBLE_POINT) |
+                                     bit(lambertian, VPT_VIEW_LAMBERTIAN) | bit(emits, VPT_VIEW_EMISSION) |
+                                     bit(hit, VPT_VIEW_HIT) | bit(scattered, VPT_VIEW_SCATTERED));
+        Float side = dr::sign(Frame3f::cos_theta(si.wi));
+        writer.put(out.length, e, dr::select(hit, si.t, dr::Infinity<Float>));
+        writer.put3(out.position, e, si.p);
+        writer.put3(out.normal, e, Vector3f(si.sh_frame.n * side));
+        writer.put3(out.geometric_normal, e, Vector3f(si.n));
+        writer.put3(out.reflectance, e, unpolarized_spectrum(reflectance));
+        writer.put3(out.emission, e, unpolarized_spectrum(emission));
+        writer.put3(out.weight, e, weight);
+    }
+
+    // Continues through the delta part of a surface; smooth lobes end here as visible points.
+    std::tuple<UnpolarizedSpectrum, Mask, Mask>
+    follow_delta(Ray &s, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const UInt32 &lobes,
+                 const Float &lobe, const Point2f &direction, const Mask &hit, const VptViewVertices &out,
+                 Writer<Float> &writer, size_t e) const {
+        writer.put(out.medium, e, dr::select(s.active, m_tables.medium_index(s.medium), UInt32(VPT_VACUUM)));
+        writer.put3(out.origin, e, s.ray.o);
+        writer.put3(out.direction, e, s.ray.d);
+
+        Mask active = hit && has_flag(lobes, BSDFFlags::Delta);
+        BSDFContext context(TransportMode::Radiance, (uint32_t) BSDFFlags::Delta);
+        auto [bs, value] = bsdf->sample(context, si, lobe, direction, active);
+        UnpolarizedSpectrum weight = unpolarized_spectrum(value) & active;
+        active &= has_flag(bs.sampled_type, BSDFFlags::Delta) && dr::any(weight != 0.f);
+        Mask scattered = active && !has_flag(bs.sampled_type, BSDFFlags::Null);
+
+        Ray3f next = si.spawn_ray(si.to_world(bs.wo));
+        dr::masked(s.ray, active) = next;
+        Mask transition = active && si.is_medium_transition();
+        dr::masked(s.medium, transition) = si.target_medium(next.d);
+        dr::masked(s.depth, scattered) += 1u;
+        active &= s.depth < m_limits.max_depth;
+        s.active = active;
+        return { weight, scattered, active };
+    }
+
+    const Scene *m_scene;
+    const Tables &m_tables;
+    VptLimits m_limits;
+    size_t m_lanes;
+    std::vector<Ray> m_rays;
+};
+
+}

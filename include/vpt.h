@@ -1,0 +1,262 @@
+// C ABI of the vpt engine. Written by cbindgen from src/host; `just bless` renews it.
+
+#pragma once
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+typedef struct VptStats VptStats;
+
+// Raised whenever a struct or a meaning on this page changes.
+#define VPT_ABI_VERSION 1
+
+// "No medium" in arrays of medium indices.
+#define VPT_VACUUM UINT32_MAX
+
+// Phase functions that the engine can evaluate by itself.
+#define VPT_PHASE_ISOTROPIC 0
+
+#define VPT_PHASE_HENYEY_GREENSTEIN 1
+
+#define VPT_PHASE_OPAQUE 2
+
+// Bits of `VptViewVertices::flags`; see `scene::view_flags`.
+#define VPT_VIEW_CONTINUES 1
+
+#define VPT_VIEW_VISIBLE_POINT 2
+
+#define VPT_VIEW_LAMBERTIAN 4
+
+#define VPT_VIEW_EMISSION 8
+
+#define VPT_VIEW_HIT 16
+
+#define VPT_VIEW_SCATTERED 32
+
+// Values of `VptPhotonVertices::event`; see `scene::photon_event`.
+#define VPT_PHOTON_NONE 0
+
+#define VPT_PHOTON_MEDIUM 1
+
+#define VPT_PHOTON_SURFACE 2
+
+// The integrator's parameters; names and meanings are those of `method::Parameters`.
+typedef struct VptParameters {
+  const char *method;
+  const char *radius_schedule;
+  uint32_t passes;
+  int64_t photons;
+  int64_t jitter_every;
+  float alpha;
+  float surface_radius;
+  float medium_radius;
+  // -1 for no bound.
+  int64_t max_depth;
+  int64_t rr_depth;
+  uint32_t hide_emitters;
+  uint64_t seed;
+  // Seconds; not positive for none.
+  double timeout;
+} VptParameters;
+
+// One medium of the scene.
+typedef struct VptMedium {
+  const char *name;
+  // Nonzero where the extinction varies with position or direction.
+  uint32_t varying;
+  // Constant extinction per colour channel [1/length]; unused where it varies.
+  float sigma_t[3];
+  // Length over which a varying extinction changes; unused where it is constant.
+  float feature_size;
+  // One of `VPT_PHASE_*`.
+  uint32_t phase;
+  // Mean cosine of a Henyey-Greenstein phase function.
+  float g;
+  float bounds_min[3];
+  float bounds_max[3];
+} VptMedium;
+
+// Facts about the scene; pointers stay valid until the render ends.
+typedef struct VptDescription {
+  uint32_t film_size[2];
+  int32_t film_offset[2];
+  uint32_t film_channels;
+  uint32_t film_pixels;
+  const struct VptMedium *media;
+  uint32_t media_count;
+  float bounds_min[3];
+  float bounds_max[3];
+  uint32_t emitter_count;
+  uint32_t has_environment;
+  const char *const *warnings;
+  uint32_t warning_count;
+  // Lanes per batch that suit the renderer.
+  uint32_t lanes;
+  // Nonzero where several threads may call at the same time.
+  uint32_t concurrent;
+} VptDescription;
+
+// Termination rules.
+typedef struct VptLimits {
+  uint32_t max_depth;
+  uint32_t rr_depth;
+  uint32_t hide_emitters;
+} VptLimits;
+
+// Where view rays start: `film` holds x's then y's, `numbers` aperture x, aperture y, shutter time and
+// wavelength.
+typedef struct VptViewRequest {
+  uint32_t lanes;
+  const float *film;
+  const float *numbers;
+  struct VptLimits limits;
+  // Receives the weight of each ray on the film.
+  float *importance;
+} VptViewRequest;
+
+// See `scene::ViewVertices`.
+typedef struct VptViewVertices {
+  uint32_t lanes;
+  uint32_t *flags;
+  uint32_t *medium;
+  float *origin;
+  float *direction;
+  float *length;
+  float *position;
+  float *normal;
+  float *geometric_normal;
+  float *reflectance;
+  float *emission;
+  float *weight;
+} VptViewVertices;
+
+// See `scene::PhotonVertices`.
+typedef struct VptPhotonVertices {
+  uint32_t lanes;
+  uint32_t *walk;
+  uint32_t *event;
+  uint32_t *medium;
+  uint32_t *depth;
+  float *position;
+  float *direction;
+  float *length;
+  float *geometric_normal;
+  float *flux;
+} VptPhotonVertices;
+
+// A renderer that owns a scene. `walk` pointers are the renderer's own.
+typedef struct VptHost {
+  // Must be `VPT_ABI_VERSION`.
+  uint32_t abi_version;
+  void *context;
+  int32_t (*describe)(void *context, struct VptDescription *out);
+  int32_t (*view_rays)(void *context, const struct VptViewRequest *request, void **walk);
+  int32_t (*view_step)(void *context,
+                       void *walk,
+                       const float *numbers,
+                       const struct VptViewVertices *out);
+  void (*view_free)(void *context, void *walk);
+  int32_t (*emit)(void *context,
+                  uint32_t lanes,
+                  const float *numbers,
+                  const struct VptLimits *limits,
+                  void **walk,
+                  uint32_t *alive);
+  // Writes one vertex per lane alive before the step and then the number of lanes alive after it.
+  int32_t (*photon_step)(void *context,
+                         void *walk,
+                         const float *numbers,
+                         const struct VptPhotonVertices *out,
+                         uint32_t *alive);
+  void (*photon_free)(void *context, void *walk);
+  int32_t (*extinction)(void *context,
+                        uint32_t count,
+                        const uint32_t *medium,
+                        const float *position,
+                        const float *direction,
+                        float *out);
+  int32_t (*eval_phase)(void *context,
+                        uint32_t count,
+                        const uint32_t *medium,
+                        const float *position,
+                        const float *photon_direction,
+                        const float *view_direction,
+                        float *out);
+  int32_t (*store_points)(void *context,
+                          uint32_t count,
+                          const float *origin,
+                          const float *direction,
+                          const uint32_t *skips_emitters);
+  int32_t (*eval_bsdf)(void *context,
+                       uint32_t count,
+                       const uint32_t *point,
+                       const float *photon_direction,
+                       float *out);
+  // Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
+  int32_t (*splat)(void *context,
+                   uint32_t count,
+                   const float *position,
+                   const float *radiance,
+                   const float *alpha,
+                   const float *weight,
+                   double *storage);
+  // The sentence that belongs to the calling thread's last failed call.
+  const char *(*last_error)(void *context);
+} VptHost;
+
+// The state of a render between two passes.
+typedef struct VptProgress {
+  uint32_t passes_done;
+  uint32_t passes;
+  uint64_t walks;
+  float surface_radius;
+  float medium_radius;
+  double seconds;
+} VptProgress;
+
+// Watches a render.
+typedef struct VptObserver {
+  void *context;
+  // Returns nonzero to end the render after this pass.
+  int32_t (*progress)(void *context, const struct VptProgress *progress);
+  // Called once at the end; the report is valid during the call.
+  void (*finished)(void *context, const VptStats *stats);
+  // Called for each remark that the user should read.
+  void (*warn)(void *context, const char *message);
+} VptObserver;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// The engine's default parameters; `method` and `radius_schedule` are null.
+struct VptParameters vpt_default_parameters(void);
+
+// Checks parameters before any rendering. Returns 0, or 1 with one sentence in `error`.
+//
+// # Safety
+// `parameters` must be valid, with null-terminated strings, and `error` must hold `error_size` bytes.
+int32_t vpt_check_parameters(const struct VptParameters *parameters,
+                             char *error,
+                             size_t error_size);
+
+// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Returns 0, or 1 with
+// one sentence in `error`.
+//
+// # Safety
+// All pointers must be valid for the call; `storage` must hold `storage_size` values; the callbacks of
+// `host` and `observer` must keep the promises of this page.
+int32_t vpt_render(const struct VptHost *host,
+                   const struct VptParameters *parameters,
+                   const struct VptObserver *observer,
+                   double *storage,
+                   size_t storage_size,
+                   char *error,
+                   size_t error_size);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus

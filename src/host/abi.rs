@@ -1,0 +1,262 @@
+//! The C ABI: what a renderer fills in ([`VptHost`]) and what it calls (`vpt_*`).
+//!
+//! Arrays are structures of arrays with the conventions of [`crate::scene`]: a vector array of `n`
+//! lanes holds `n` x's, then `n` y's, then `n` z's. Every callback returns 0, or another value after
+//! which `last_error` gives one sentence; it must not let a C++ exception out. No callback is called
+//! by two threads at once unless `concurrent` was set.
+
+use std::ffi::{c_char, c_void};
+
+/// Raised whenever a struct or a meaning on this page changes.
+pub const VPT_ABI_VERSION: u32 = 1;
+
+/// "No medium" in arrays of medium indices.
+pub const VPT_VACUUM: u32 = u32::MAX;
+
+/// Phase functions that the engine can evaluate by itself.
+pub const VPT_PHASE_ISOTROPIC: u32 = 0;
+pub const VPT_PHASE_HENYEY_GREENSTEIN: u32 = 1;
+pub const VPT_PHASE_OPAQUE: u32 = 2;
+
+/// Bits of `VptViewVertices::flags`; see `scene::view_flags`.
+pub const VPT_VIEW_CONTINUES: u32 = 1;
+pub const VPT_VIEW_VISIBLE_POINT: u32 = 2;
+pub const VPT_VIEW_LAMBERTIAN: u32 = 4;
+pub const VPT_VIEW_EMISSION: u32 = 8;
+pub const VPT_VIEW_HIT: u32 = 16;
+pub const VPT_VIEW_SCATTERED: u32 = 32;
+
+/// Values of `VptPhotonVertices::event`; see `scene::photon_event`.
+pub const VPT_PHOTON_NONE: u32 = 0;
+pub const VPT_PHOTON_MEDIUM: u32 = 1;
+pub const VPT_PHOTON_SURFACE: u32 = 2;
+
+/// One medium of the scene.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptMedium {
+    pub name: *const c_char,
+    /// Nonzero where the extinction varies with position or direction.
+    pub varying: u32,
+    /// Constant extinction per colour channel [1/length]; unused where it varies.
+    pub sigma_t: [f32; 3],
+    /// Length over which a varying extinction changes; unused where it is constant.
+    pub feature_size: f32,
+    /// One of `VPT_PHASE_*`.
+    pub phase: u32,
+    /// Mean cosine of a Henyey-Greenstein phase function.
+    pub g: f32,
+    pub bounds_min: [f32; 3],
+    pub bounds_max: [f32; 3],
+}
+
+/// Facts about the scene; pointers stay valid until the render ends.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptDescription {
+    pub film_size: [u32; 2],
+    pub film_offset: [i32; 2],
+    pub film_channels: u32,
+    pub film_pixels: u32,
+    pub media: *const VptMedium,
+    pub media_count: u32,
+    pub bounds_min: [f32; 3],
+    pub bounds_max: [f32; 3],
+    pub emitter_count: u32,
+    pub has_environment: u32,
+    pub warnings: *const *const c_char,
+    pub warning_count: u32,
+    /// Lanes per batch that suit the renderer.
+    pub lanes: u32,
+    /// Nonzero where several threads may call at the same time.
+    pub concurrent: u32,
+}
+
+/// Termination rules.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptLimits {
+    pub max_depth: u32,
+    pub rr_depth: u32,
+    pub hide_emitters: u32,
+}
+
+/// Where view rays start: `film` holds x's then y's, `numbers` aperture x, aperture y, shutter time and
+/// wavelength.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptViewRequest {
+    pub lanes: u32,
+    pub film: *const f32,
+    pub numbers: *const f32,
+    pub limits: VptLimits,
+    /// Receives the weight of each ray on the film.
+    pub importance: *mut f32,
+}
+
+/// See `scene::ViewVertices`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptViewVertices {
+    pub lanes: u32,
+    pub flags: *mut u32,
+    pub medium: *mut u32,
+    pub origin: *mut f32,
+    pub direction: *mut f32,
+    pub length: *mut f32,
+    pub position: *mut f32,
+    pub normal: *mut f32,
+    pub geometric_normal: *mut f32,
+    pub reflectance: *mut f32,
+    pub emission: *mut f32,
+    pub weight: *mut f32,
+}
+
+/// See `scene::PhotonVertices`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptPhotonVertices {
+    pub lanes: u32,
+    pub walk: *mut u32,
+    pub event: *mut u32,
+    pub medium: *mut u32,
+    pub depth: *mut u32,
+    pub position: *mut f32,
+    pub direction: *mut f32,
+    pub length: *mut f32,
+    pub geometric_normal: *mut f32,
+    pub flux: *mut f32,
+}
+
+/// A renderer that owns a scene. `walk` pointers are the renderer's own.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptHost {
+    /// Must be `VPT_ABI_VERSION`.
+    pub abi_version: u32,
+    pub context: *mut c_void,
+    pub describe: unsafe extern "C" fn(context: *mut c_void, out: *mut VptDescription) -> i32,
+    pub view_rays: unsafe extern "C" fn(
+        context: *mut c_void,
+        request: *const VptViewRequest,
+        walk: *mut *mut c_void,
+    ) -> i32,
+    pub view_step: unsafe extern "C" fn(
+        context: *mut c_void,
+        walk: *mut c_void,
+        numbers: *const f32,
+        out: *const VptViewVertices,
+    ) -> i32,
+    pub view_free: unsafe extern "C" fn(context: *mut c_void, walk: *mut c_void),
+    pub emit: unsafe extern "C" fn(
+        context: *mut c_void,
+        lanes: u32,
+        numbers: *const f32,
+        limits: *const VptLimits,
+        walk: *mut *mut c_void,
+        alive: *mut u32,
+    ) -> i32,
+    /// Writes one vertex per lane alive before the step and then the number of lanes alive after it.
+    pub photon_step: unsafe extern "C" fn(
+        context: *mut c_void,
+        walk: *mut c_void,
+        numbers: *const f32,
+        out: *const VptPhotonVertices,
+        alive: *mut u32,
+    ) -> i32,
+    pub photon_free: unsafe extern "C" fn(context: *mut c_void, walk: *mut c_void),
+    pub extinction: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        medium: *const u32,
+        position: *const f32,
+        direction: *const f32,
+        out: *mut f32,
+    ) -> i32,
+    pub eval_phase: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        medium: *const u32,
+        position: *const f32,
+        photon_direction: *const f32,
+        view_direction: *const f32,
+        out: *mut f32,
+    ) -> i32,
+    pub store_points: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        origin: *const f32,
+        direction: *const f32,
+        skips_emitters: *const u32,
+    ) -> i32,
+    pub eval_bsdf: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        point: *const u32,
+        photon_direction: *const f32,
+        out: *mut f32,
+    ) -> i32,
+    /// Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
+    pub splat: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        position: *const f32,
+        radiance: *const f32,
+        alpha: *const f32,
+        weight: *const f32,
+        storage: *mut f64,
+    ) -> i32,
+    /// The sentence that belongs to the calling thread's last failed call.
+    pub last_error: unsafe extern "C" fn(context: *mut c_void) -> *const c_char,
+}
+
+/// The integrator's parameters; names and meanings are those of `method::Parameters`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptParameters {
+    pub method: *const c_char,
+    pub radius_schedule: *const c_char,
+    pub passes: u32,
+    pub photons: i64,
+    pub jitter_every: i64,
+    pub alpha: f32,
+    pub surface_radius: f32,
+    pub medium_radius: f32,
+    /// -1 for no bound.
+    pub max_depth: i64,
+    pub rr_depth: i64,
+    pub hide_emitters: u32,
+    pub seed: u64,
+    /// Seconds; not positive for none.
+    pub timeout: f64,
+}
+
+/// The state of a render between two passes.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptProgress {
+    pub passes_done: u32,
+    pub passes: u32,
+    pub walks: u64,
+    pub surface_radius: f32,
+    pub medium_radius: f32,
+    pub seconds: f64,
+}
+
+/// A statistics report that only the engine can read.
+pub struct VptStats {
+    _opaque: [u8; 0],
+}
+
+/// Watches a render.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptObserver {
+    pub context: *mut c_void,
+    /// Returns nonzero to end the render after this pass.
+    pub progress: unsafe extern "C" fn(context: *mut c_void, progress: *const VptProgress) -> i32,
+    /// Called once at the end; the report is valid during the call.
+    pub finished: unsafe extern "C" fn(context: *mut c_void, stats: *const VptStats),
+    /// Called for each remark that the user should read.
+    pub warn: unsafe extern "C" fn(context: *mut c_void, message: *const c_char),
+}

@@ -1,0 +1,222 @@
+//! Functions that a renderer calls. No panic leaves them: it becomes an error with its message.
+
+use super::abi::*;
+use super::scene::HostScene;
+use crate::method::{self, Method, Observer, ParameterError, Parameters, Progress, Stats};
+use crate::scene::{PathLimits, UNBOUNDED_DEPTH};
+use std::ffi::{c_char, c_void, CStr, CString};
+use std::ops::ControlFlow;
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::time::Duration;
+
+/// The engine's default parameters; `method` and `radius_schedule` are null.
+#[no_mangle]
+pub extern "C" fn vpt_default_parameters() -> VptParameters {
+    let p = Parameters::default();
+    VptParameters {
+        method: std::ptr::null(),
+        radius_schedule: std::ptr::null(),
+        passes: p.passes,
+        photons: p.photons as i64,
+        jitter_every: i64::from(p.jitter_every),
+        alpha: p.alpha,
+        surface_radius: p.surface_radius,
+        medium_radius: p.medium_radius,
+        max_depth: -1,
+        rr_depth: i64::from(p.limits.rr_depth),
+        hide_emitters: 0,
+        seed: p.seed,
+        timeout: 0.0,
+    }
+}
+
+/// Checks parameters before any rendering. Returns 0, or 1 with one sentence in `error`.
+///
+/// # Safety
+/// `parameters` must be valid, with null-terminated strings, and `error` must hold `error_size` bytes.
+#[no_mangle]
+pub unsafe extern "C" fn vpt_check_parameters(
+    parameters: *const VptParameters,
+    error: *mut c_char,
+    error_size: usize,
+) -> i32 {
+    fenced(error, error_size, || {
+        // SAFETY: the caller vouches for `parameters`.
+        let parameters = unsafe { read_parameters(&*parameters) }?;
+        parameters.validate()?;
+        Ok(())
+    })
+}
+
+/// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Returns 0, or 1 with
+/// one sentence in `error`.
+///
+/// # Safety
+/// All pointers must be valid for the call; `storage` must hold `storage_size` values; the callbacks of
+/// `host` and `observer` must keep the promises of this page.
+#[no_mangle]
+pub unsafe extern "C" fn vpt_render(
+    host: *const VptHost,
+    parameters: *const VptParameters,
+    observer: *const VptObserver,
+    storage: *mut f64,
+    storage_size: usize,
+    error: *mut c_char,
+    error_size: usize,
+) -> i32 {
+    fenced(error, error_size, || {
+        // SAFETY: the caller vouches for every pointer.
+        let (parameters, scene, storage) = unsafe {
+            (
+                read_parameters(&*parameters)?,
+                HostScene::new(*host)?,
+                std::slice::from_raw_parts_mut(storage, storage_size),
+            )
+        };
+        // SAFETY: as above; the observer outlives the call.
+        let mut watch = Watch(unsafe { &*observer });
+        let outcome = method::render(&scene, &parameters, &mut watch)?;
+        if outcome.film.values.len() != storage.len() {
+            return Err(format!(
+                "the film's storage holds {} values, but {} were expected",
+                storage.len(),
+                outcome.film.values.len()
+            )
+            .into());
+        }
+        for (sum, value) in storage.iter_mut().zip(&outcome.film.values) {
+            *sum += value;
+        }
+        watch.finish(&outcome.stats);
+        Ok(())
+    })
+}
+
+type AnyError = Box<dyn std::error::Error>;
+
+/// Runs `body`, turning an error or a panic into a status and a sentence.
+fn fenced(error: *mut c_char, size: usize, body: impl FnOnce() -> Result<(), AnyError>) -> i32 {
+    let sentence = match catch_unwind(AssertUnwindSafe(body)) {
+        Ok(Ok(())) => return 0,
+        Ok(Err(error)) => error.to_string(),
+        Err(panic) => {
+            let message = panic
+                .downcast_ref::<String>()
+                .map(String::as_str)
+                .or_else(|| panic.downcast_ref::<&str>().copied())
+                .unwrap_or("no message");
+            format!("internal error, please report it: {message}")
+        }
+    };
+    write_sentence(error, size, &sentence);
+    1
+}
+
+fn write_sentence(out: *mut c_char, size: usize, sentence: &str) {
+    if out.is_null() || size == 0 {
+        return;
+    }
+    let bytes = sentence.as_bytes();
+    let count = bytes.len().min(size - 1);
+    // SAFETY: the caller promised `size` writable bytes, and `count < size`.
+    unsafe {
+        std::ptr::copy_nonoverlapping(bytes.as_ptr().cast(), out, count);
+        *out.add(count) = 0;
+    }
+}
+
+/// # Safety
+/// The strings must be null or null-terminated.
+unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterError> {
+    // SAFETY: the caller's promise.
+    let (method, schedule) = unsafe { (read_string(p.method), read_string(p.radius_schedule)) };
+    let at_least_one = |name, value: i64| {
+        if value < 1 {
+            Err(ParameterError::TooSmall { name, value })
+        } else {
+            Ok(value)
+        }
+    };
+    Ok(Parameters {
+        method: method.as_deref().map_or(Ok(Method::Ppt), str::parse)?,
+        passes: p.passes,
+        photons: at_least_one("photons", p.photons)? as u64,
+        jitter_every: at_least_one("jitter_every", p.jitter_every)?.min(i64::from(u32::MAX)) as u32,
+        alpha: p.alpha,
+        surface_radius: p.surface_radius,
+        medium_radius: p.medium_radius,
+        radius_schedule: schedule
+            .as_deref()
+            .map_or(Ok(Parameters::default().radius_schedule), str::parse)?,
+        limits: PathLimits {
+            max_depth: match p.max_depth {
+                -1 => UNBOUNDED_DEPTH,
+                depth if depth >= 0 => depth.min(i64::from(UNBOUNDED_DEPTH - 1)) as u32,
+                depth => return Err(ParameterError::BadMaxDepth(depth)),
+            },
+            rr_depth: match p.rr_depth {
+                depth if depth >= 1 => depth.min(i64::from(u32::MAX)) as u32,
+                depth => return Err(ParameterError::BadRrDepth(depth)),
+            },
+            hide_emitters: p.hide_emitters != 0,
+        },
+        seed: p.seed,
+        timeout: (p.timeout > 0.0 && p.timeout.is_finite())
+            .then(|| Duration::from_secs_f64(p.timeout)),
+    })
+}
+
+/// # Safety
+/// `s` must be null or null-terminated.
+unsafe fn read_string(s: *const c_char) -> Option<String> {
+    // SAFETY: the caller's promise.
+    (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned())
+}
+
+struct Watch<'a>(&'a VptObserver);
+
+impl Watch<'_> {
+    fn finish(&self, stats: &Stats) {
+        for warning in &stats.warnings {
+            let message = CString::new(warning.replace('\0', " ")).unwrap_or_default();
+            // SAFETY: the message lives during the call.
+            unsafe { (self.0.warn)(self.0.context, message.as_ptr()) };
+        }
+        let report: *const Stats = stats;
+        // SAFETY: the report lives during the call; only `session` looks into it.
+        unsafe { (self.0.finished)(self.0.context, report.cast()) };
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let out = VptProgress {
+            passes_done: progress.passes_done,
+            passes: progress.passes,
+            walks: progress.walks,
+            surface_radius: progress.radii.surface,
+            medium_radius: progress.radii.medium,
+            seconds: progress.seconds,
+        };
+        // SAFETY: the callback was promised to be valid for the render.
+        match unsafe { (self.0.progress)(self.0.context, &out) } {
+            0 => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        }
+    }
+}
+
+extern "C" {
+    fn vpt_register_plugin(name: *const c_char, length: usize, callback: *mut c_void);
+}
+
+/// Mitsuba's entry point of a plugin: a `std::string_view` (length, pointer) and a callback. rustc
+/// exports no symbols of C++ archives, so it is here that the shared library gets it.
+///
+/// # Safety
+/// Called by Mitsuba's plugin manager alone.
+#[no_mangle]
+pub unsafe extern "C" fn init_plugin(length: usize, name: *const c_char, callback: *mut c_void) {
+    // SAFETY: forwarded as received.
+    unsafe { vpt_register_plugin(name, length, callback) }
+}

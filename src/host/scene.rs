@@ -1,0 +1,361 @@
+use super::abi::*;
+use crate::math::{Aabb, Rgb};
+use crate::scene::*;
+use glam::Vec3;
+use std::ffi::{c_char, c_void, CStr};
+
+/// A [`Scene`] that a renderer lends through the C ABI.
+pub struct HostScene {
+    host: VptHost,
+    description: SceneDescription,
+    batching: Batching,
+}
+
+// SAFETY: with `concurrent` set the renderer promises that its callbacks may run on several threads
+// at once; without it the engine drives the scene from one thread at a time.
+unsafe impl Sync for HostScene {}
+
+impl HostScene {
+    /// # Safety
+    /// The callbacks must keep the promises of [`super::abi`] for as long as the scene lives.
+    pub unsafe fn new(host: VptHost) -> SceneResult<Self> {
+        if host.abi_version != VPT_ABI_VERSION {
+            return Err(SceneError(format!(
+                "the renderer speaks version {} of the C ABI, this engine version {VPT_ABI_VERSION}; \
+                 rebuild both from one source",
+                host.abi_version
+            )));
+        }
+        let mut raw = std::mem::MaybeUninit::<VptDescription>::zeroed();
+        // SAFETY: the out pointer is valid; all-zero bytes are a valid description.
+        let description = unsafe {
+            check(&host, (host.describe)(host.context, raw.as_mut_ptr()))?;
+            raw.assume_init()
+        };
+        Ok(HostScene {
+            host,
+            batching: Batching {
+                lanes: description.lanes.max(1) as usize,
+                concurrent: description.concurrent != 0,
+            },
+            // SAFETY: the renderer filled the description.
+            description: unsafe { read_description(&description) },
+        })
+    }
+
+    fn check(&self, status: i32) -> SceneResult<()> {
+        check(&self.host, status)
+    }
+}
+
+fn check(host: &VptHost, status: i32) -> SceneResult<()> {
+    if status == 0 {
+        return Ok(());
+    }
+    // SAFETY: `last_error` gives a null-terminated sentence, or null.
+    let sentence = unsafe { read_text((host.last_error)(host.context)) };
+    Err(SceneError(sentence))
+}
+
+/// # Safety
+/// `text` must be null or null-terminated.
+unsafe fn read_text(text: *const c_char) -> String {
+    if text.is_null() {
+        return "no reason was given".to_owned();
+    }
+    // SAFETY: the caller's promise.
+    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+}
+
+/// # Safety
+/// Pointers and counts must describe valid arrays.
+unsafe fn read_description(d: &VptDescription) -> SceneDescription {
+    // SAFETY: the caller's promise; empty arrays may be null.
+    let (media, warnings) = unsafe {
+        (
+            read_array(d.media, d.media_count).iter().map(|m| read_medium(m)).collect(),
+            read_array(d.warnings, d.warning_count).iter().map(|&w| read_text(w)).collect(),
+        )
+    };
+    SceneDescription {
+        film_size: d.film_size,
+        film_offset: d.film_offset,
+        film_channels: d.film_channels,
+        film_pixels: d.film_pixels,
+        media,
+        bounds: Aabb { min: Vec3::from(d.bounds_min), max: Vec3::from(d.bounds_max) },
+        emitter_count: d.emitter_count,
+        has_environment: d.has_environment != 0,
+        warnings,
+    }
+}
+
+/// # Safety
+/// `data` must point to `count` values, or `count` be 0.
+unsafe fn read_array<'a, T>(data: *const T, count: u32) -> &'a [T] {
+    if count == 0 {
+        return &[];
+    }
+    // SAFETY: the caller's promise.
+    unsafe { std::slice::from_raw_parts(data, count as usize) }
+}
+
+/// # Safety
+/// `name` must be null-terminated.
+unsafe fn read_medium(m: &VptMedium) -> Medium {
+    Medium {
+        // SAFETY: the caller's promise.
+        name: unsafe { read_text(m.name) },
+        extinction: match m.varying {
+            0 => Extinction::Constant(Rgb::from(Vec3::from(m.sigma_t))),
+            _ => Extinction::Varying { feature_size: m.feature_size },
+        },
+        phase: match m.phase {
+            VPT_PHASE_ISOTROPIC => Phase::Isotropic,
+            VPT_PHASE_HENYEY_GREENSTEIN => Phase::HenyeyGreenstein { g: m.g },
+            _ => Phase::Opaque,
+        },
+        bounds: Aabb { min: Vec3::from(m.bounds_min), max: Vec3::from(m.bounds_max) },
+    }
+}
+
+fn raw_limits(limits: PathLimits) -> VptLimits {
+    VptLimits {
+        max_depth: limits.max_depth,
+        rr_depth: limits.rr_depth,
+        hide_emitters: limits.hide_emitters.into(),
+    }
+}
+
+fn lane_count(lanes: usize) -> u32 {
+    u32::try_from(lanes).expect("a batch holds fewer than 2^32 lanes")
+}
+
+struct HostViewWalk<'a> {
+    scene: &'a HostScene,
+    walk: *mut c_void,
+    lanes: u32,
+}
+
+impl ViewWalk for HostViewWalk<'_> {
+    fn step(&mut self, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
+        assert_eq!(numbers.len(), VIEW_STEP_DIMENSIONS * self.lanes as usize);
+        out.resize(self.lanes as usize);
+        let raw = VptViewVertices {
+            lanes: self.lanes,
+            flags: out.flags.as_mut_ptr(),
+            medium: out.medium.as_mut_ptr(),
+            origin: out.origin.as_mut_slice().as_mut_ptr(),
+            direction: out.direction.as_mut_slice().as_mut_ptr(),
+            length: out.length.as_mut_ptr(),
+            position: out.position.as_mut_slice().as_mut_ptr(),
+            normal: out.normal.as_mut_slice().as_mut_ptr(),
+            geometric_normal: out.geometric_normal.as_mut_slice().as_mut_ptr(),
+            reflectance: out.reflectance.as_mut_slice().as_mut_ptr(),
+            emission: out.emission.as_mut_slice().as_mut_ptr(),
+            weight: out.weight.as_mut_slice().as_mut_ptr(),
+        };
+        let host = &self.scene.host;
+        // SAFETY: all arrays were just sized for `lanes`; the walk is alive until drop.
+        self.scene.check(unsafe {
+            (host.view_step)(host.context, self.walk, numbers.as_ptr(), &raw)
+        })
+    }
+}
+
+impl Drop for HostViewWalk<'_> {
+    fn drop(&mut self) {
+        let host = &self.scene.host;
+        // SAFETY: the walk came from `view_rays` and is freed once.
+        unsafe { (host.view_free)(host.context, self.walk) }
+    }
+}
+
+struct HostPhotonWalk<'a> {
+    scene: &'a HostScene,
+    walk: *mut c_void,
+    lanes: u32,
+}
+
+impl PhotonWalk for HostPhotonWalk<'_> {
+    fn lanes(&self) -> usize {
+        self.lanes as usize
+    }
+
+    fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
+        assert_eq!(numbers.len(), PHOTON_STEP_DIMENSIONS * self.lanes as usize);
+        out.resize(self.lanes as usize);
+        let raw = VptPhotonVertices {
+            lanes: self.lanes,
+            walk: out.walk.as_mut_ptr(),
+            event: out.event.as_mut_ptr(),
+            medium: out.medium.as_mut_ptr(),
+            depth: out.depth.as_mut_ptr(),
+            position: out.position.as_mut_slice().as_mut_ptr(),
+            direction: out.direction.as_mut_slice().as_mut_ptr(),
+            length: out.length.as_mut_ptr(),
+            geometric_normal: out.geometric_normal.as_mut_slice().as_mut_ptr(),
+            flux: out.flux.as_mut_slice().as_mut_ptr(),
+        };
+        let host = &self.scene.host;
+        let mut alive = 0;
+        // SAFETY: all arrays were just sized for `lanes`; the walk is alive until drop.
+        let status = unsafe {
+            (host.photon_step)(host.context, self.walk, numbers.as_ptr(), &raw, &mut alive)
+        };
+        self.scene.check(status)?;
+        self.lanes = alive;
+        Ok(())
+    }
+}
+
+impl Drop for HostPhotonWalk<'_> {
+    fn drop(&mut self) {
+        let host = &self.scene.host;
+        // SAFETY: the walk came from `emit` and is freed once.
+        unsafe { (host.photon_free)(host.context, self.walk) }
+    }
+}
+
+impl Scene for HostScene {
+    fn description(&self) -> &SceneDescription {
+        &self.description
+    }
+
+    fn batching(&self) -> Batching {
+        self.batching
+    }
+
+    fn view_rays<'a>(
+        &'a self,
+        request: &ViewRayRequest,
+        importance: &mut Planes,
+    ) -> SceneResult<Box<dyn ViewWalk + 'a>> {
+        assert_eq!(request.film.len(), 2 * request.lanes);
+        assert_eq!(request.numbers.len(), VIEW_RAY_DIMENSIONS * request.lanes);
+        importance.resize(request.lanes);
+        let raw = VptViewRequest {
+            lanes: lane_count(request.lanes),
+            film: request.film.as_ptr(),
+            numbers: request.numbers.as_ptr(),
+            limits: raw_limits(request.limits),
+            importance: importance.as_mut_slice().as_mut_ptr(),
+        };
+        let mut walk = std::ptr::null_mut();
+        // SAFETY: the arrays have the sizes just asserted.
+        self.check(unsafe { (self.host.view_rays)(self.host.context, &raw, &mut walk) })?;
+        Ok(Box::new(HostViewWalk { scene: self, walk, lanes: raw.lanes }))
+    }
+
+    fn emit<'a>(
+        &'a self,
+        lanes: usize,
+        numbers: &[f32],
+        limits: PathLimits,
+    ) -> SceneResult<Box<dyn PhotonWalk + 'a>> {
+        assert_eq!(numbers.len(), EMIT_DIMENSIONS * lanes);
+        let limits = raw_limits(limits);
+        let (mut walk, mut alive) = (std::ptr::null_mut(), 0);
+        // SAFETY: `numbers` has the size just asserted.
+        self.check(unsafe {
+            (self.host.emit)(
+                self.host.context,
+                lane_count(lanes),
+                numbers.as_ptr(),
+                &limits,
+                &mut walk,
+                &mut alive,
+            )
+        })?;
+        Ok(Box::new(HostPhotonWalk { scene: self, walk, lanes: alive }))
+    }
+
+    fn extinction(&self, points: &ExtinctionPoints, out: &mut Planes) -> SceneResult<()> {
+        let count = points.medium.len();
+        assert!(points.position.lanes() == count && points.direction.lanes() == count);
+        out.resize(count);
+        // SAFETY: all arrays hold `count` lanes.
+        self.check(unsafe {
+            (self.host.extinction)(
+                self.host.context,
+                lane_count(count),
+                points.medium.as_ptr(),
+                points.position.as_slice().as_ptr(),
+                points.direction.as_slice().as_ptr(),
+                out.as_mut_slice().as_mut_ptr(),
+            )
+        })
+    }
+
+    fn eval_phase(&self, pairs: &PhasePairs, out: &mut Planes) -> SceneResult<()> {
+        let count = pairs.medium.len();
+        assert!(
+            pairs.position.lanes() == count
+                && pairs.photon_direction.lanes() == count
+                && pairs.view_direction.lanes() == count
+        );
+        out.resize(count);
+        // SAFETY: all arrays hold `count` lanes.
+        self.check(unsafe {
+            (self.host.eval_phase)(
+                self.host.context,
+                lane_count(count),
+                pairs.medium.as_ptr(),
+                pairs.position.as_slice().as_ptr(),
+                pairs.photon_direction.as_slice().as_ptr(),
+                pairs.view_direction.as_slice().as_ptr(),
+                out.as_mut_slice().as_mut_ptr(),
+            )
+        })
+    }
+
+    fn store_points(&self, points: &PointSegments) -> SceneResult<()> {
+        let count = points.skips_emitters.len();
+        assert!(points.origin.lanes() == count && points.direction.lanes() == count);
+        // SAFETY: all arrays hold `count` lanes.
+        self.check(unsafe {
+            (self.host.store_points)(
+                self.host.context,
+                lane_count(count),
+                points.origin.as_slice().as_ptr(),
+                points.direction.as_slice().as_ptr(),
+                points.skips_emitters.as_ptr(),
+            )
+        })
+    }
+
+    fn eval_bsdf(&self, pairs: &SurfacePairs, out: &mut Planes) -> SceneResult<()> {
+        let count = pairs.point.len();
+        assert_eq!(pairs.photon_direction.lanes(), count);
+        out.resize(count);
+        // SAFETY: all arrays hold `count` lanes.
+        self.check(unsafe {
+            (self.host.eval_bsdf)(
+                self.host.context,
+                lane_count(count),
+                pairs.point.as_ptr(),
+                pairs.photon_direction.as_slice().as_ptr(),
+                out.as_mut_slice().as_mut_ptr(),
+            )
+        })
+    }
+
+    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
+        let count = samples.alpha.len();
+        assert!(samples.position.len() == 2 * count && samples.radiance.lanes() == count);
+        let values = self.description.film_pixels as usize * self.description.film_channels as usize;
+        assert_eq!(storage.len(), values);
+        // SAFETY: all arrays hold `count` lanes, the storage the whole film.
+        self.check(unsafe {
+            (self.host.splat)(
+                self.host.context,
+                lane_count(count),
+                samples.position.as_ptr(),
+                samples.radiance.as_slice().as_ptr(),
+                samples.alpha.as_ptr(),
+                samples.weight.as_ptr(),
+                storage.as_mut_ptr(),
+            )
+        })
+    }
+}

@@ -1,0 +1,27 @@
+//! Visibility-driven progressive volume photon tracing (Collin et al. 2013): the engine, and a native
+//! integrator plugin for Mitsuba 3 around it.
+//!
+//! ```text
+//! scene::Scene              a renderer's scene, asked in batches (host: Mitsuba; analytic: closed forms)
+//! transport::view           ray paths from the eye: view beams, visible points
+//! tree                      kd-trees over both
+//! transport::photons        walks from the lamps, splat and discard
+//! density                   kernels and radii by pass number
+//! film                      running mean over passes and jitters
+//! method                    one loop per method, parameters, statistics
+//! ```
+//!
+//! Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← tree ←
+//! transport ← film ← method ← host`. Symbols and equations: `docs/EQUATIONS.md`.
+#![deny(unsafe_code)]
+
+pub mod analytic;
+pub mod density;
+pub mod film;
+pub mod host;
+pub mod math;
+pub mod medium;
+pub mod method;
+pub mod scene;
+pub mod transport;
+pub mod tree;

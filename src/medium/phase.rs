@@ -1,0 +1,34 @@
+//! Phase functions [1/sr]. The angle is between directions of *travel*, before and after scattering.
+
+use std::f32::consts::PI;
+
+pub const ISOTROPIC: f32 = 1.0 / (4.0 * PI);
+
+/// Henyey-Greenstein with mean cosine `g`.
+// [Henyey 1941]
+pub fn henyey_greenstein(g: f32, cosine: f32) -> f32 {
+    let square = 1.0 + g * g - 2.0 * g * cosine;
+    ISOTROPIC * (1.0 - g * g) / (square * square.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The integral over the sphere is 1 and the mean cosine is g, by the midpoint rule in the cosine.
+    #[test]
+    fn henyey_greenstein_is_normalised_with_mean_cosine_g() {
+        for g in [-0.7f32, 0.0, 0.3, 0.9] {
+            let n = 200_000;
+            let (mut total, mut mean) = (0.0f64, 0.0f64);
+            for i in 0..n {
+                let cosine = -1.0 + 2.0 * (i as f64 + 0.5) / f64::from(n);
+                let value = f64::from(henyey_greenstein(g, cosine as f32));
+                total += value * 4.0 * std::f64::consts::PI / f64::from(n);
+                mean += cosine * value * 4.0 * std::f64::consts::PI / f64::from(n);
+            }
+            assert!((total - 1.0).abs() < 1e-4, "g = {g}: integral {total}");
+            assert!((mean - f64::from(g)).abs() < 1e-4, "g = {g}: mean cosine {mean}");
+        }
+    }
+}

@@ -1,0 +1,71 @@
+use crate::math::Rgb;
+
+/// A beam without a table: its extinction is constant.
+pub const NO_TABLE: u32 = u32::MAX;
+
+/// `exp(-sigma_t t)`, with `t` possibly infinite: a channel that is not attenuated stays 1.
+pub fn transmittance(sigma_t: Rgb, t: f32) -> Rgb {
+    sigma_t.map(|sigma| if sigma == 0.0 { 1.0 } else { (-sigma * t).exp() })
+}
+
+/// Optical depths along the beams of varying media, so that a photon costs one look-up.
+/// [Collin 2013 §5.3]
+#[derive(Debug, Clone, Default)]
+pub struct TransmittanceTables {
+    tables: Vec<Table>,
+    /// Optical depth from the start of the table to each knot, first knot (0) included.
+    depths: Vec<Rgb>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Table {
+    first: u32,
+    steps: u32,
+    /// Distance along the beam to the first knot, and between knots.
+    start: f32,
+    spacing: f32,
+}
+
+impl TransmittanceTables {
+    /// Adds a table over `[start, start + steps * spacing]` from the optical depth of each step.
+    /// Outside that range nothing absorbs.
+    pub fn push(&mut self, start: f32, spacing: f32, depth_of_steps: &[Rgb]) -> u32 {
+        let index = self.tables.len() as u32;
+        self.tables.push(Table {
+            first: self.depths.len() as u32,
+            steps: depth_of_steps.len() as u32,
+            start,
+            spacing,
+        });
+        let mut depth = Rgb::ZERO;
+        self.depths.push(depth);
+        for &step in depth_of_steps {
+            depth += step;
+            self.depths.push(depth);
+        }
+        index
+    }
+
+    /// Transmittance from the start of the beam to distance `t` along it.
+    pub fn transmittance(&self, table: u32, t: f32) -> Rgb {
+        let Table { first, steps, start, spacing } = self.tables[table as usize];
+        let knots = &self.depths[first as usize..=(first + steps) as usize];
+        let x = ((t - start) / spacing).clamp(0.0, steps as f32);
+        let knot = (x as usize).min(steps as usize - 1);
+        let (a, b) = (knots[knot], knots[knot + 1]);
+        (a + (b - a) * (x - knot as f32)).attenuation()
+    }
+
+    /// Takes over another set; returns what must be added to its table indices.
+    pub fn append(&mut self, other: TransmittanceTables) -> u32 {
+        let (offset, depth_offset) = (self.tables.len() as u32, self.depths.len() as u32);
+        self.tables
+            .extend(other.tables.iter().map(|t| Table { first: t.first + depth_offset, ..*t }));
+        self.depths.extend(other.depths);
+        offset
+    }
+
+    pub fn memory_bytes(&self) -> usize {
+        self.tables.len() * size_of::<Table>() + self.depths.len() * size_of::<Rgb>()
+    }
+}

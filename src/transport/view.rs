@@ -1,0 +1,442 @@
+//! Ray paths: what the camera sees through delta lobes and medium boundaries, kept as view beams and
+//! visible points until the next jitter. [Collin 2013 §5.1]
+
+use crate::math::{uniform, Aabb, Rgb, Segment};
+use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
+use crate::scene::*;
+use glam::Vec3;
+use rand::Rng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+
+/// Beyond this optical depth (transmittance 1e-9) a view beam shows nothing that a pixel could hold.
+const OPAQUE_DEPTH: f32 = 20.7;
+/// A beam that meets nothing ends this many scene diagonals away, if it is not opaque before.
+const FAR_DIAGONALS: f32 = 1e4;
+/// Transmittance tables: points per step, and steps per beam at most.
+const SAMPLES_PER_STEP: usize = 2;
+const MAX_STEPS: usize = 512;
+/// Segments after which a ray path that never ends is given up (and counted).
+const MAX_SEGMENTS: usize = 4096;
+
+/// One view beam: a segment of a ray path inside a medium.
+#[derive(Debug, Clone, Copy)]
+pub struct BeamRecord {
+    pub segment: Segment,
+    /// Weight from the start of the segment to the film (dimensionless).
+    pub throughput: Rgb,
+    pub pixel: u32,
+    pub medium: u32,
+    /// Transmittance table, or [`NO_TABLE`] where the extinction is constant.
+    pub table: u32,
+    /// Scattering events between the film and the segment.
+    pub depth: u32,
+}
+
+/// One visible point: where a ray path meets a smooth lobe.
+#[derive(Debug, Clone, Copy)]
+pub struct PointRecord {
+    pub position: Vec3,
+    /// As the shape is oriented.
+    pub geometric_normal: Vec3,
+    /// Shading normal on the viewer's side.
+    pub normal: Vec3,
+    /// Weight from the point to the film, transmittances included.
+    pub throughput: Rgb,
+    pub lobe: Lobe,
+    pub pixel: u32,
+    pub depth: u32,
+}
+
+/// How a visible point reflects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lobe {
+    /// Lambertian, with this directional albedo.
+    Lambertian(Rgb),
+    /// Ask [`Scene::eval_bsdf`] for the point with this index.
+    Stored(u32),
+}
+
+/// All ray paths of one jitter: one per pixel.
+#[derive(Debug, Default)]
+pub struct ViewPaths {
+    pub beams: Vec<BeamRecord>,
+    pub points: Vec<PointRecord>,
+    pub tables: TransmittanceTables,
+    /// Distance travelled from the eye to the middle of each beam and to each point [length].
+    pub beam_distances: Vec<f32>,
+    pub point_distances: Vec<f32>,
+    /// Film position (x, y), directly seen radiance and alpha of each path.
+    pub film: Vec<[f32; 2]>,
+    pub emission: Vec<Rgb>,
+    pub alpha: Vec<f32>,
+    /// Paths given up or not finite.
+    pub dropped: u64,
+    stored: Vec<StoredPoint>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct StoredPoint {
+    origin: Vec3,
+    direction: Vec3,
+    skips_emitters: bool,
+}
+
+/// Traces one ray path per pixel, jittered within it, and tells the scene which points to keep.
+pub fn trace(scene: &dyn Scene, limits: PathLimits, seed: u64, jitter: u64) -> SceneResult<ViewPaths> {
+    let [width, height] = scene.description().film_size;
+    let pixels = width as usize * height as usize;
+    let Batching { lanes, concurrent } = scene.batching();
+    let run = |batch: usize| -> SceneResult<ViewPaths> {
+        let first = batch * lanes;
+        let rng = uniform::stream(seed, uniform::Purpose::ViewRays, jitter, batch as u64);
+        Tracer::new(scene, limits, first, lanes.min(pixels - first), rng).trace()
+    };
+    let batches = 0..pixels.div_ceil(lanes);
+    let traced: Vec<ViewPaths> = if concurrent {
+        batches.into_par_iter().map(run).collect::<SceneResult<_>>()?
+    } else {
+        batches.map(run).collect::<SceneResult<_>>()?
+    };
+    let mut paths = ViewPaths::default();
+    for batch in traced {
+        paths.append(batch);
+    }
+    paths.store_points(scene)?;
+    Ok(paths)
+}
+
+impl ViewPaths {
+    fn append(&mut self, mut other: ViewPaths) {
+        let tables = self.tables.append(other.tables);
+        for beam in &mut other.beams {
+            if beam.table != NO_TABLE {
+                beam.table += tables;
+            }
+        }
+        for point in &mut other.points {
+            if let Lobe::Stored(index) = &mut point.lobe {
+                *index += self.stored.len() as u32;
+            }
+        }
+        self.beams.append(&mut other.beams);
+        self.points.append(&mut other.points);
+        self.beam_distances.append(&mut other.beam_distances);
+        self.point_distances.append(&mut other.point_distances);
+        self.film.append(&mut other.film);
+        self.emission.append(&mut other.emission);
+        self.alpha.append(&mut other.alpha);
+        self.stored.append(&mut other.stored);
+        self.dropped += other.dropped;
+    }
+
+    fn store_points(&mut self, scene: &dyn Scene) -> SceneResult<()> {
+        if self.stored.is_empty() {
+            return Ok(());
+        }
+        let points = std::mem::take(&mut self.stored);
+        scene.store_points(&PointSegments {
+            origin: Planes::push_all(points.iter().map(|p| p.origin)),
+            direction: Planes::push_all(points.iter().map(|p| p.direction)),
+            skips_emitters: points.iter().map(|p| p.skips_emitters.into()).collect(),
+        })
+    }
+
+    /// Transmittance from the start of a beam to distance `t` along it.
+    pub fn beam_transmittance(&self, beam: &BeamRecord, media: &[Medium], t: f32) -> Rgb {
+        match media[beam.medium as usize].extinction {
+            Extinction::Constant(sigma_t) => transmittance(sigma_t, t),
+            Extinction::Varying { .. } if beam.table == NO_TABLE => Rgb::ONE,
+            Extinction::Varying { .. } => self.tables.transmittance(beam.table, t),
+        }
+    }
+}
+
+/// One path of a batch in flight.
+#[derive(Clone, Copy)]
+struct Path {
+    throughput: Rgb,
+    depth: u32,
+    /// Share of the pixel that nothing has covered yet.
+    clear: f32,
+    distance: f32,
+    alive: bool,
+}
+
+/// Traces a batch of neighbouring pixels.
+struct Tracer<'a> {
+    scene: &'a dyn Scene,
+    limits: PathLimits,
+    first: usize,
+    rng: Pcg64Mcg,
+    paths: Vec<Path>,
+    out: ViewPaths,
+}
+
+impl<'a> Tracer<'a> {
+    fn new(scene: &'a dyn Scene, limits: PathLimits, first: usize, lanes: usize, rng: Pcg64Mcg) -> Self {
+        let path = Path { throughput: Rgb::ONE, depth: 0, clear: 1.0, distance: 0.0, alive: true };
+        let out = ViewPaths {
+            emission: vec![Rgb::ZERO; lanes],
+            alpha: vec![0.0; lanes],
+            ..ViewPaths::default()
+        };
+        Tracer { scene, limits, first, rng, paths: vec![path; lanes], out }
+    }
+
+    fn trace(mut self) -> SceneResult<ViewPaths> {
+        let lanes = self.paths.len();
+        let (film, mut numbers) = (self.film_positions(), Vec::new());
+        uniform::fill(&mut self.rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
+        let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, limits: self.limits };
+        let mut importance = Planes::default();
+        let mut walk = self.scene.view_rays(&request, &mut importance)?;
+        for (lane, path) in self.paths.iter_mut().enumerate() {
+            path.throughput = importance.rgb(lane);
+        }
+        let mut vertices = ViewVertices::default();
+        for _ in 0..MAX_SEGMENTS {
+            uniform::fill(&mut self.rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
+            walk.step(&numbers, &mut vertices)?;
+            let tables = self.tabulate(&vertices)?;
+            for (lane, &table) in tables.iter().enumerate() {
+                self.extend(lane, table, &vertices);
+            }
+            if self.paths.iter().all(|path| !path.alive) {
+                break;
+            }
+        }
+        self.out.dropped += self.paths.iter().filter(|path| path.alive).count() as u64;
+        Ok(self.out)
+    }
+
+    fn film_positions(&mut self) -> Vec<f32> {
+        let description = self.scene.description();
+        let (width, offset) = (description.film_size[0] as usize, description.film_offset);
+        let lanes = self.paths.len();
+        let mut film = vec![0.0; 2 * lanes];
+        for lane in 0..lanes {
+            let pixel = self.first + lane;
+            let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
+            let position =
+                [x + offset[0] as f32 + self.rng.random::<f32>(), y + offset[1] as f32 + self.rng.random::<f32>()];
+            film[lane] = position[0];
+            film[lanes + lane] = position[1];
+            self.out.film.push(position);
+        }
+        film
+    }
+
+    /// Adds what the path's newest segment and its end show, and decides whether it goes on.
+    fn extend(&mut self, lane: usize, table: u32, v: &ViewVertices) {
+        let mut path = self.paths[lane];
+        if !path.alive {
+            return;
+        }
+        let flags = v.flags[lane];
+        let has = |bit| flags & bit != 0;
+        let tr = self.add_beam(lane, &path, table, v);
+        path.throughput *= tr;
+        path.distance += v.length[lane];
+        self.out.alpha[lane] += path.clear * (1.0 - tr.mean());
+        path.clear *= tr.mean();
+
+        if has(view_flags::EMISSION) {
+            let emission = path.throughput * v.emission.rgb(lane);
+            if emission.is_finite() {
+                self.out.emission[lane] += emission;
+            } else {
+                self.out.dropped += 1;
+            }
+        }
+        if has(view_flags::VISIBLE_POINT) {
+            self.add_point(lane, &path, v);
+        }
+        self.cover(lane, &mut path, v);
+        path.alive = has(view_flags::CONTINUES);
+        path.throughput *= v.weight.rgb(lane);
+        if has(view_flags::SCATTERED) {
+            path.depth += 1;
+        }
+        self.roulette(&mut path);
+        self.paths[lane] = path;
+    }
+
+    /// Records a view beam and returns the transmittance of the whole segment.
+    fn add_beam(&mut self, lane: usize, path: &Path, table: u32, v: &ViewVertices) -> Rgb {
+        let (medium, length) = (v.medium[lane], v.length[lane]);
+        if medium == VACUUM {
+            return Rgb::ONE;
+        }
+        let description = self.scene.description();
+        let segment_length = match description.media[medium as usize].extinction {
+            Extinction::Constant(sigma_t) if sigma_t.max_component() <= 0.0 => return Rgb::ONE,
+            Extinction::Constant(sigma_t) => length.min(visible_length(sigma_t, &description.bounds)),
+            Extinction::Varying { .. } if table == NO_TABLE => return Rgb::ONE,
+            Extinction::Varying { .. } => {
+                length.min(FAR_DIAGONALS * description.bounds.diagonal().max(f32::MIN_POSITIVE))
+            }
+        };
+        let beam = BeamRecord {
+            segment: Segment {
+                origin: v.origin.get(lane),
+                direction: v.direction.get(lane),
+                length: segment_length,
+            },
+            throughput: path.throughput,
+            pixel: (self.first + lane) as u32,
+            medium,
+            table,
+            depth: path.depth,
+        };
+        let scatters = path.depth.saturating_add(2) <= self.limits.max_depth;
+        if scatters {
+            self.out.beams.push(beam);
+            self.out.beam_distances.push(path.distance + 0.5 * segment_length);
+        }
+        self.out.beam_transmittance(&beam, &description.media, length)
+    }
+
+    fn add_point(&mut self, lane: usize, path: &Path, v: &ViewVertices) {
+        let lobe = if v.flags[lane] & view_flags::LAMBERTIAN != 0 {
+            let reflectance = v.reflectance.rgb(lane);
+            if reflectance.max_component() <= 0.0 {
+                return;
+            }
+            Lobe::Lambertian(reflectance)
+        } else {
+            self.out.stored.push(StoredPoint {
+                origin: v.origin.get(lane),
+                direction: v.direction.get(lane),
+                skips_emitters: self.limits.hide_emitters && path.depth == 0,
+            });
+            Lobe::Stored(self.out.stored.len() as u32 - 1)
+        };
+        self.out.point_distances.push(path.distance);
+        self.out.points.push(PointRecord {
+            position: v.position.get(lane),
+            geometric_normal: v.geometric_normal.get(lane),
+            normal: v.normal.get(lane),
+            throughput: path.throughput,
+            lobe,
+            pixel: (self.first + lane) as u32,
+            depth: path.depth,
+        });
+    }
+
+    /// Alpha: a surface covers its pixel but for the weight of its null lobe; a sky covers all of it.
+    fn cover(&mut self, lane: usize, path: &mut Path, v: &ViewVertices) {
+        let flags = v.flags[lane];
+        let passes = flags & view_flags::CONTINUES != 0 && flags & view_flags::SCATTERED == 0;
+        let covered = if flags & view_flags::HIT != 0 {
+            if passes {
+                1.0 - v.weight.rgb(lane).mean().clamp(0.0, 1.0)
+            } else {
+                1.0
+            }
+        } else {
+            let shows_sky = self.scene.description().has_environment && !self.limits.hide_emitters;
+            f32::from(u8::from(shows_sky))
+        };
+        self.out.alpha[lane] += path.clear * covered;
+        path.clear *= 1.0 - covered;
+    }
+
+    /// Ends long chains of delta lobes as `volpath` does.
+    fn roulette(&mut self, path: &mut Path) {
+        let weight = path.throughput.max_component();
+        if !path.throughput.is_finite() {
+            self.out.dropped += 1;
+            path.alive = false;
+        } else if weight <= 0.0 {
+            path.alive = false;
+        } else if path.alive && path.depth > self.limits.rr_depth {
+            let survival = weight.min(0.95);
+            path.alive = self.rng.random::<f32>() < survival;
+            path.throughput = path.throughput / survival;
+        }
+    }
+
+    /// Transmittance tables for the segments that cross varying media; [`NO_TABLE`] elsewhere.
+    fn tabulate(&mut self, v: &ViewVertices) -> SceneResult<Vec<u32>> {
+        let mut tables = vec![NO_TABLE; self.paths.len()];
+        let media = &self.scene.description().media;
+        let mut plans = Vec::new();
+        for lane in 0..self.paths.len() {
+            if !self.paths[lane].alive || v.medium[lane] == VACUUM {
+                continue;
+            }
+            if let Extinction::Varying { feature_size } = media[v.medium[lane] as usize].extinction {
+                let bounds = media[v.medium[lane] as usize].bounds;
+                plans.extend(TablePlan::new(lane, feature_size, &bounds, v));
+            }
+        }
+        if plans.is_empty() {
+            return Ok(tables);
+        }
+        let mut sigma_t = Planes::default();
+        self.scene.extinction(&self.table_points(&plans, v), &mut sigma_t)?;
+        let mut first = 0;
+        for plan in &plans {
+            let scale = plan.spacing / SAMPLES_PER_STEP as f32;
+            let depths: Vec<Rgb> = (0..plan.steps)
+                .map(|step| {
+                    let start = first + step * SAMPLES_PER_STEP;
+                    (start..start + SAMPLES_PER_STEP)
+                        .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point) * scale)
+                })
+                .collect();
+            first += plan.steps * SAMPLES_PER_STEP;
+            tables[plan.lane] = self.out.tables.push(plan.start, plan.spacing, &depths);
+        }
+        Ok(tables)
+    }
+
+    /// Stratified points along each planned table: the sum over them is an unbiased optical depth.
+    fn table_points(&mut self, plans: &[TablePlan], v: &ViewVertices) -> ExtinctionPoints {
+        let total: usize = plans.iter().map(|plan| plan.steps * SAMPLES_PER_STEP).sum();
+        let mut points = ExtinctionPoints::default();
+        points.position.resize(total);
+        points.direction.resize(total);
+        for plan in plans {
+            let (origin, direction) = (v.origin.get(plan.lane), v.direction.get(plan.lane));
+            let spacing = plan.spacing / SAMPLES_PER_STEP as f32;
+            for sample in 0..plan.steps * SAMPLES_PER_STEP {
+                let t = plan.start + (sample as f32 + self.rng.random::<f32>()) * spacing;
+                let index = points.medium.len();
+                points.position.set(index, origin + direction * t);
+                points.direction.set(index, direction);
+                points.medium.push(v.medium[plan.lane]);
+            }
+        }
+        points
+    }
+}
+
+/// Where along a lane's segment the extinction is to be tabulated.
+struct TablePlan {
+    lane: usize,
+    start: f32,
+    spacing: f32,
+    steps: usize,
+}
+
+impl TablePlan {
+    /// None where the segment misses the medium's bounds.
+    fn new(lane: usize, feature_size: f32, bounds: &Aabb, v: &ViewVertices) -> Option<Self> {
+        let (start, end) = bounds.clip(v.origin.get(lane), v.direction.get(lane))?;
+        let end = end.min(v.length[lane]);
+        let extent = end - start;
+        if !(extent > 0.0 && extent.is_finite()) {
+            return None;
+        }
+        let steps = ((extent / feature_size).ceil() as usize).clamp(1, MAX_STEPS);
+        Some(TablePlan { lane, start, spacing: extent / steps as f32, steps })
+    }
+}
+
+/// Length after which a beam in a constant medium shows nothing more.
+fn visible_length(sigma_t: Rgb, bounds: &Aabb) -> f32 {
+    let opaque = OPAQUE_DEPTH / sigma_t.min_component().max(0.0);
+    opaque.min(FAR_DIAGONALS * bounds.diagonal().max(f32::MIN_POSITIVE))
+}

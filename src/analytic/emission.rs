@@ -1,0 +1,83 @@
+use super::ray::Ray;
+use super::surface::Surface;
+use super::warp;
+use crate::math::Rgb;
+use crate::scene::VACUUM;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// A lamp that is not a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lamp {
+    /// The same intensity [W/sr] in all directions, from a point within a fog or [`VACUUM`].
+    Point { position: DVec3, intensity: Rgb, medium: u32 },
+    /// The same radiance [W/(m² sr)] from everywhere outside, which is vacuum.
+    Sky { radiance: Rgb },
+}
+
+impl Lamp {
+    /// Radiance seen where a ray leaves the scene.
+    pub(super) fn sky_radiance(&self) -> Rgb {
+        match *self {
+            Lamp::Sky { radiance } => radiance,
+            Lamp::Point { .. } => Rgb::ZERO,
+        }
+    }
+}
+
+/// Everything that emits, lamps and surfaces, chosen with equal probability.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Emitter {
+    Lamp(Lamp),
+    Surface(Surface),
+}
+
+/// A sphere around all surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BoundingSphere {
+    pub center: DVec3,
+    pub radius: f64,
+}
+
+/// Where an emitted walk starts, and its flux [W] over the density of its sampling.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Emission {
+    pub ray: Ray,
+    pub flux: Rgb,
+}
+
+impl Emitter {
+    /// `position` and `direction` are pairs of uniform numbers.
+    pub fn sample(
+        &self,
+        bounds: &BoundingSphere,
+        position: [f64; 2],
+        direction: [f64; 2],
+    ) -> Emission {
+        match *self {
+            Emitter::Lamp(Lamp::Point { position: origin, intensity, medium }) => {
+                let ray = Ray { origin, direction: warp::sphere(direction), medium };
+                // Intensity over the density 1/(4 pi).
+                Emission { ray, flux: intensity * warp::FULL_SPHERE as f32 }
+            }
+            Emitter::Lamp(Lamp::Sky { radiance }) => {
+                let direction = warp::sphere(direction);
+                let offset = warp::disk(direction, position) - 1.001 * direction;
+                let origin = bounds.center + bounds.radius * offset;
+                // Radiance over the densities 1/(4 pi) of directions and 1/(pi r²) of the disk.
+                let measure = warp::FULL_SPHERE * PI * bounds.radius * bounds.radius;
+                let ray = Ray { origin, direction, medium: VACUUM };
+                Emission { ray, flux: radiance * measure as f32 }
+            }
+            Emitter::Surface(surface) => {
+                let origin = surface.shape.sample(position);
+                let normal = surface.shape.front_normal(origin);
+                let direction = warp::cosine_hemisphere(normal, direction);
+                // Radiance times cosine over the densities cosine/pi and 1/area.
+                let measure = PI * surface.shape.area();
+                let ray = Ray { origin, direction, medium: surface.front };
+                Emission { ray, flux: surface.emission * measure as f32 }
+            }
+        }
+    }
+}

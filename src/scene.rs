@@ -102,13 +102,22 @@ pub struct Batching {
 }
 
 /// Termination rules, with `volpath`'s meaning.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct PathLimits {
     /// [`UNBOUNDED_DEPTH`] or the number of path segments between lamp and eye that may not be exceeded.
+    #[serde(serialize_with = "serialize_max_depth")]
     pub max_depth: u32,
     /// Depth from which Russian roulette ends walks.
     pub rr_depth: u32,
     pub hide_emitters: bool,
+}
+
+/// As the XML has it: -1 is unbounded.
+fn serialize_max_depth<S: serde::Serializer>(
+    depth: &u32,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.serialize_i64(if *depth == UNBOUNDED_DEPTH { -1 } else { i64::from(*depth) })
 }
 
 /// Three planes of `f32`, one value per lane and component.

@@ -1,9 +1,10 @@
 use crate::density::radius::{Schedule, UnknownSchedule};
 use crate::scene::{PathLimits, UNBOUNDED_DEPTH};
+use serde::Serialize;
 use std::time::Duration;
 
 /// The algorithm that renders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Progressive photon tracing: uniform photons into view beams and visible points.
@@ -21,7 +22,7 @@ impl Method {
 }
 
 /// Everything that a render depends on besides the scene. Names are those of the XML properties.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parameters {
     pub method: Method,
     /// Photon passes (`spp` of the scene's sampler).
@@ -37,10 +38,20 @@ pub struct Parameters {
     /// Radius of a view beam in the first pass [length]; 0 = from the pixel footprint.
     pub medium_radius: f32,
     pub radius_schedule: Schedule,
+    #[serde(flatten)]
     pub limits: PathLimits,
     pub seed: u64,
     /// Wall time after which no new pass starts.
+    #[serde(serialize_with = "serialize_timeout")]
     pub timeout: Option<Duration>,
+}
+
+/// In seconds, as the XML has it; `null` without a timeout.
+fn serialize_timeout<S: serde::Serializer>(
+    timeout: &Option<Duration>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    timeout.map(|timeout| timeout.as_secs_f64()).serialize(serializer)
 }
 
 impl Default for Parameters {

@@ -1,3 +1,4 @@
+use super::Parameters;
 use crate::density::radius::Radii;
 use serde::Serialize;
 
@@ -37,6 +38,8 @@ pub struct Counters {
 /// The report of a render, as written by `--stats`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stats {
+    /// As they were in force: the scene's, the command line's and the defaults.
+    pub parameters: Parameters,
     pub method: &'static str,
     pub passes: u32,
     pub photons_per_pass: u64,

@@ -1,0 +1,142 @@
+//! The arguments as they are typed; [`super::job`] gives them a meaning.
+
+use clap::builder::RangedU64ValueParser;
+use clap::{ArgAction, Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Renders Mitsuba 3 scenes with progressive volume photon tracing.
+#[derive(Debug, Parser)]
+#[command(name = "vpt", version)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Render(RenderArguments),
+    PluginDir(PluginDirArguments),
+}
+
+/// Render a scene to a picture.
+///
+/// Ctrl-C ends the render after the current pass and writes the picture of the passes done; a
+/// second Ctrl-C aborts at once, without a picture.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// Mitsuba scene (XML)
+    pub scene: PathBuf,
+    /// Picture to write; its extension chooses the format [default: SCENE's name with .exr]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Value of the scene's parameter $NAME; may be given more than once
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub defines: Vec<(String, String)>,
+    /// Value of a parameter of the integrator, instead of the scene's; may be given more than once
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub settings: Vec<(String, String)>,
+    /// Method, instead of the scene's
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+    /// Photon passes [default: the samples per pixel of the scene's sampler]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub passes: Option<u32>,
+    /// Wall time after which no new pass starts
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub timeout: Option<f64>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
+    pub seed: u32,
+    /// Threads [default: one for each core]
+    #[arg(long, value_name = "T", allow_negative_numbers = true,
+          value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
+    pub threads: Option<usize>,
+    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    #[arg(long, value_name = "V")]
+    pub variant: Option<String>,
+    /// Index of the scene's sensor, from 0
+    #[arg(long, value_name = "I", allow_negative_numbers = true, default_value_t = 0)]
+    pub sensor: usize,
+    /// Write what was done, counted and timed, to this file (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Print Mitsuba's log too; twice for more of it
+    #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print warnings and errors alone
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Print a folder that the stock `mitsuba -a DIR` finds the plugin in.
+///
+/// The plugin is copied to DIR/plugins. In Python, give DIR to mi.file_resolver().append().
+#[derive(Debug, Args)]
+pub struct PluginDirArguments {
+    /// Folder to fill [default: vpt-plugins next to the program, or in the user's cache folder]
+    pub dir: Option<PathBuf>,
+}
+
+/// `NAME=VALUE`; the value may be empty or hold more `=`.
+fn parse_pair(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() && !name.contains(char::is_whitespace) => {
+            Ok((name.to_owned(), value.to_owned()))
+        }
+        Some(_) => Err("the name before '=' is empty or holds a space; write NAME=VALUE".into()),
+        None => Err("it has no '='; write NAME=VALUE".into()),
+    }
+}
+
+#[cfg(test)]
+impl RenderArguments {
+    /// The arguments of `vpt render`, as the parser reads them.
+    pub fn parse(words: &[&str]) -> Result<Self, clap::Error> {
+        let argv = ["vpt", "render"].iter().chain(words);
+        match Arguments::try_parse_from(argv)?.command {
+            Command::Render(arguments) => Ok(arguments),
+            Command::PluginDir(_) => unreachable!("the command is render"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn definition_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn pair_splits_at_the_first_equals_sign() {
+        assert_eq!(parse_pair("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert_eq!(parse_pair("a="), Ok(("a".into(), String::new())));
+        assert!(parse_pair("a").unwrap_err().contains("no '='"));
+        assert!(parse_pair("=b").unwrap_err().contains("empty"));
+        assert!(parse_pair("a b=c").unwrap_err().contains("space"));
+    }
+
+    #[test]
+    fn mistakes_name_their_argument() {
+        for (words, named) in [
+            (&["s.xml", "-D", "radius"][..], "-D"),
+            (&["s.xml", "--set", "=1"], "--set"),
+            (&["s.xml", "--passes", "0"], "--passes"),
+            (&["s.xml", "--passes", "-3"], "--passes"),
+            (&["s.xml", "--passes", "many"], "--passes"),
+            (&["s.xml", "--threads", "0"], "--threads"),
+            (&["s.xml", "--seed", "-1"], "--seed"),
+            (&["s.xml", "--sensor", "-1"], "--sensor"),
+            (&["s.xml", "--timeout", "soon"], "--timeout"),
+            (&["s.xml", "-v", "-q"], "--quiet"),
+            (&[], "<SCENE>"),
+        ] {
+            let message = RenderArguments::parse(words).unwrap_err().to_string();
+            assert!(message.contains(named), "{words:?}: {message}");
+        }
+    }
+}

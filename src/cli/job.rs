@@ -1,0 +1,315 @@
+//! Arguments that were found to make sense, and what can be wrong with them.
+
+use super::arguments::RenderArguments;
+use super::target::{Target, TargetError};
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use vpt::host::session::{SceneFile, VARIANTS};
+use vpt::method::{Method, ParameterError};
+
+/// Extensions of the pictures that Mitsuba writes.
+const EXTENSIONS: [&str; 8] = ["exr", "png", "jpg", "jpeg", "hdr", "rgbe", "pfm", "ppm"];
+
+/// Parameters that have an option of their own: with `--set` they would be said twice.
+const OPTIONS_OF_PARAMETERS: [(&str, &str); 5] = [
+    ("method", "--method"),
+    ("passes", "--passes"),
+    ("spp", "--passes"),
+    ("timeout", "--timeout"),
+    ("seed", "--seed"),
+];
+
+/// A render whose arguments were checked as far as that goes without loading the scene.
+pub struct RenderJob {
+    pub scene: SceneFile,
+    pub picture: Target,
+    pub stats: Option<Target>,
+    pub passes: Option<u32>,
+    pub seed: u32,
+    pub threads: Option<usize>,
+    pub variant: Option<String>,
+    pub sensor: usize,
+    pub verbosity: u8,
+    pub quiet: bool,
+}
+
+/// A mistake in the arguments, with the mend.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    #[error("cannot read the scene \"{}\"; give the path of a Mitsuba XML file", .path.display())]
+    Scene { path: PathBuf, source: io::Error },
+    #[error("the scene \"{}\" is a folder; give the path of a Mitsuba XML file", .0.display())]
+    SceneIsFolder(PathBuf),
+    #[error(
+        "the picture \"{}\" has no extension that names a format; use one of: {known}",
+        .0.display(), known = EXTENSIONS.join(", ")
+    )]
+    Extension(PathBuf),
+    #[error("{option} cannot be written")]
+    Unwritable { option: &'static str, source: TargetError },
+    #[error("--stats \"{}\" is also the scene or the picture; name another file", .0.display())]
+    StatsOverwrite(PathBuf),
+    #[error("{option} gives \"{name}\" twice; keep one of them")]
+    GivenTwice { option: &'static str, name: String },
+    #[error("--set {name}=... is not for this parameter; use {option}")]
+    OwnOption { name: &'static str, option: &'static str },
+    #[error(transparent)]
+    Method(ParameterError),
+    #[error("--timeout is {0}, but must be a number of seconds above 0")]
+    Timeout(f64),
+    #[error(
+        "the variant \"{0}\" does not suit vpt, which computes in single-precision RGB; use one \
+         of: {known}",
+        known = VARIANTS.join(", ")
+    )]
+    UnsuitableVariant(String),
+    #[error("unknown variant \"{0}\"; use one of: {known}", known = VARIANTS.join(", "))]
+    UnknownVariant(String),
+    #[error("the scene \"{}\" has no sensor; add a <sensor> to it", .0.display())]
+    NoSensor(PathBuf),
+    #[error("--sensor is {sensor}, but the scene's last sensor is {last} (the first is 0)")]
+    Sensor { sensor: usize, last: usize },
+}
+
+impl RenderJob {
+    /// Checks everything that can be checked without loading the scene.
+    pub fn new(arguments: RenderArguments) -> Result<Self, JobError> {
+        check_scene(&arguments.scene)?;
+        check_pairs("-D", &arguments.defines)?;
+        check_pairs("--set", &arguments.settings)?;
+        check_settings(&arguments.settings)?;
+        if let Some(method) = &arguments.method {
+            method.parse::<Method>().map_err(JobError::Method)?;
+        }
+        if let Some(seconds) = arguments.timeout {
+            check_timeout(seconds)?;
+        }
+        if let Some(variant) = &arguments.variant {
+            check_variant(variant)?;
+        }
+        let picture = check_picture(arguments.output, &arguments.scene)?;
+        let stats = arguments
+            .stats
+            .map(|path| check_stats(path, &[&arguments.scene, picture.path()]))
+            .transpose()?;
+        Ok(RenderJob {
+            scene: SceneFile {
+                path: arguments.scene,
+                defines: arguments.defines,
+                method: arguments.method,
+                timeout: arguments.timeout,
+                settings: arguments.settings,
+            },
+            picture,
+            stats,
+            passes: arguments.passes,
+            seed: arguments.seed,
+            threads: arguments.threads,
+            variant: arguments.variant,
+            sensor: arguments.sensor,
+            verbosity: arguments.verbose,
+            quiet: arguments.quiet,
+        })
+    }
+
+    /// Checks the sensor against the number that the loaded scene has.
+    pub fn check_sensor(&self, count: usize) -> Result<(), JobError> {
+        match count.checked_sub(1) {
+            None => Err(JobError::NoSensor(self.scene.path.clone())),
+            Some(last) if self.sensor > last => Err(JobError::Sensor { sensor: self.sensor, last }),
+            Some(_) => Ok(()),
+        }
+    }
+}
+
+fn check_scene(path: &Path) -> Result<(), JobError> {
+    if path.is_dir() {
+        return Err(JobError::SceneIsFolder(path.to_owned()));
+    }
+    match File::open(path) {
+        Ok(_) => Ok(()),
+        Err(source) => Err(JobError::Scene { path: path.to_owned(), source }),
+    }
+}
+
+fn check_pairs(option: &'static str, pairs: &[(String, String)]) -> Result<(), JobError> {
+    for (index, (name, _)) in pairs.iter().enumerate() {
+        if pairs[..index].iter().any(|(earlier, _)| earlier == name) {
+            return Err(JobError::GivenTwice { option, name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn check_settings(settings: &[(String, String)]) -> Result<(), JobError> {
+    for (name, option) in OPTIONS_OF_PARAMETERS {
+        if settings.iter().any(|(set, _)| set == name) {
+            return Err(JobError::OwnOption { name, option });
+        }
+    }
+    Ok(())
+}
+
+fn check_timeout(seconds: f64) -> Result<(), JobError> {
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(timeout) if !timeout.is_zero() => Ok(()),
+        _ => Err(JobError::Timeout(seconds)),
+    }
+}
+
+fn check_variant(variant: &str) -> Result<(), JobError> {
+    if VARIANTS.contains(&variant) {
+        return Ok(());
+    }
+    let unsuitable = ["spectral", "mono", "polarized", "double"];
+    Err(if unsuitable.iter().any(|kind| variant.contains(kind)) {
+        JobError::UnsuitableVariant(variant.to_owned())
+    } else {
+        JobError::UnknownVariant(variant.to_owned())
+    })
+}
+
+/// The picture to write: by default the scene's name with `.exr`, in the current folder.
+fn check_picture(output: Option<PathBuf>, scene: &Path) -> Result<Target, JobError> {
+    let path = output.unwrap_or_else(|| {
+        let mut name = scene.file_stem().unwrap_or_default().to_owned();
+        name.push(".exr");
+        PathBuf::from(name)
+    });
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if !path.is_dir() && !EXTENSIONS.contains(&extension.as_str()) {
+        return Err(JobError::Extension(path));
+    }
+    check_target("the picture (-o)", path)
+}
+
+fn check_stats(path: PathBuf, others: &[&Path]) -> Result<Target, JobError> {
+    let same = |other: &&Path| match (path.canonicalize(), other.canonicalize()) {
+        (Ok(path), Ok(other)) => path == other,
+        _ => path == **other,
+    };
+    if others.iter().any(same) {
+        return Err(JobError::StatsOverwrite(path));
+    }
+    check_target("the statistics (--stats)", path)
+}
+
+fn check_target(option: &'static str, path: PathBuf) -> Result<Target, JobError> {
+    Target::check(path).map_err(|source| JobError::Unwritable { option, source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::failure::Failure;
+    use tempfile::TempDir;
+
+    /// A folder with a file `scene.xml`, and the arguments that render it there.
+    struct Bench {
+        folder: TempDir,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join("scene.xml"), "<scene version=\"3.0.0\"/>").unwrap();
+            Bench { folder }
+        }
+
+        fn path(&self, name: &str) -> String {
+            self.folder.path().join(name).to_str().unwrap().to_owned()
+        }
+
+        fn job(&self, words: &[&str]) -> Result<RenderJob, JobError> {
+            let (scene, output) = (self.path("scene.xml"), self.path("out.exr"));
+            let mut all = vec![scene.as_str()];
+            all.extend(words);
+            if !words.contains(&"-o") {
+                all.extend(["-o", &output]);
+            }
+            RenderJob::new(RenderArguments::parse(&all).unwrap())
+        }
+
+        fn refusal(&self, words: &[&str]) -> String {
+            match self.job(words) {
+                Ok(_) => panic!("{words:?} was not refused"),
+                Err(error) => Failure::bad_input(error).message(),
+            }
+        }
+    }
+
+    #[test]
+    fn arguments_reach_the_job() {
+        let bench = Bench::new();
+        let job = bench
+            .job(&["-D", "a=1", "--set", "alpha=0.5", "--method", "ppt", "--timeout", "2.5"])
+            .unwrap();
+        assert_eq!(job.scene.path, Path::new(&bench.path("scene.xml")));
+        assert_eq!(job.scene.defines, [("a".to_owned(), "1".to_owned())]);
+        assert_eq!(job.scene.settings, [("alpha".to_owned(), "0.5".to_owned())]);
+        assert_eq!(job.scene.method.as_deref(), Some("ppt"));
+        assert_eq!(job.scene.timeout, Some(2.5));
+        assert_eq!((job.seed, job.sensor, job.passes, job.verbosity), (0, 0, None, 0));
+    }
+
+    #[test]
+    fn picture_is_named_after_the_scene() {
+        let picture = check_picture(None, Path::new("/some/where/box.v2.xml")).unwrap();
+        assert_eq!(picture.path(), Path::new("box.v2.exr"));
+    }
+
+    #[test]
+    fn every_mistake_is_named_with_its_mend() {
+        let bench = Bench::new();
+        let (no_folder, scene) = (bench.path("no/out.exr"), bench.path("scene.xml"));
+        let (gif, bare) = (bench.path("out.gif"), bench.path("out"));
+        let (folder, picture) = (bench.path(""), bench.path("out.exr"));
+        for (words, parts) in [
+            (&["--method", "mlt"][..], &["\"mlt\"", "ppt"][..]),
+            (&["--timeout", "0"], &["--timeout is 0", "above 0"]),
+            (&["--timeout", "-5"], &["--timeout is -5", "above 0"]),
+            (&["--timeout", "nan"], &["--timeout is NaN", "above 0"]),
+            (&["--timeout", "1e300"], &["--timeout is 1", "above 0"]),
+            (&["--variant", "scalar_spectral"], &["scalar_spectral", "RGB", "llvm_ad_rgb"]),
+            (&["--variant", "llvm_ad_mono_polarized"], &["RGB", "scalar_rgb"]),
+            (&["--variant", "fast"], &["unknown variant \"fast\"", "cuda_ad_rgb"]),
+            (&["-D", "a=1", "-D", "a=2"], &["-D", "\"a\" twice", "keep one"]),
+            (&["--set", "alpha=.5", "--set", "alpha=.5"], &["--set", "\"alpha\" twice"]),
+            (&["--set", "method=ppt"], &["--set method", "--method"]),
+            (&["--set", "spp=4"], &["--set spp", "--passes"]),
+            (&["-o", &gif], &["out.gif", "exr, png"]),
+            (&["-o", &bare], &["no extension", "exr, png"]),
+            (&["-o", &no_folder], &["-o", "/no\" does not exist", "make it"]),
+            (&["-o", &folder], &["-o", "is a folder", "name a file"]),
+            (&["--stats", &folder], &["--stats", "is a folder", "name a file"]),
+            (&["--stats", &scene], &["--stats", "scene.xml", "another file"]),
+            (&["--stats", &picture], &["--stats", "out.exr", "another file"]),
+        ] {
+            let message = bench.refusal(words);
+            for part in parts {
+                assert!(message.contains(part), "{words:?}: no {part:?} in: {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn scene_must_be_a_readable_file() {
+        let bench = Bench::new();
+        for (scene, part) in [(bench.path("none.xml"), "cannot read"), (bench.path(""), "folder")] {
+            let arguments = RenderArguments::parse(&[&scene]).unwrap();
+            let Err(error) = RenderJob::new(arguments) else { panic!("{scene} was not refused") };
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+
+    #[test]
+    fn sensor_must_exist() {
+        let job = Bench::new().job(&["--sensor", "2"]).unwrap();
+        assert!(job.check_sensor(3).is_ok());
+        let message = job.check_sensor(2).unwrap_err().to_string();
+        assert!(message.contains("--sensor is 2") && message.contains("last sensor is 1"));
+        assert!(job.check_sensor(0).unwrap_err().to_string().contains("add a <sensor>"));
+    }
+}

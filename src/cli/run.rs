@@ -1,0 +1,151 @@
+//! Renders a job, and tells the user what came of it.
+
+use super::failure::Failure;
+use super::interrupt::Interrupt;
+use super::job::RenderJob;
+use super::progress::{Display, Reporter};
+use super::statistics::{Ending, Facts, Report};
+use super::{print_result, say, text};
+use anyhow::{anyhow, Context};
+use std::io::IsTerminal;
+use std::time::Instant;
+use vpt::host::session::{LoadedScene, Session};
+use vpt::method::{Counters, Stats};
+
+/// Loads, renders, writes. Nothing is rendered before everything that can be checked was checked.
+pub fn render(job: &RenderJob) -> Result<(), Failure> {
+    let session = Session::start(job.variant.as_deref(), job.threads, job.verbosity)
+        .map_err(Failure::failed)?;
+    let start = Instant::now();
+    let mut scene = session.load(&job.scene).map_err(Failure::bad_input)?;
+    let load_seconds = start.elapsed().as_secs_f64();
+    job.check_sensor(scene.sensor_count()).map_err(Failure::bad_input)?;
+    let film_size = scene.film_size(job.sensor);
+
+    let (stats, ending) = render_passes(job, &session, &mut scene)?;
+    job.picture.replace(|aside| Ok(scene.write(aside)?)).map_err(Failure::failed)?;
+    if let Some(target) = &job.stats {
+        let (variant, notes) = (session.variant(), scene.notes());
+        let facts = Facts { variant, film_size, notes, load_seconds, ending, stats: &stats };
+        Report::new(job, &facts).write(target).map_err(Failure::failed)?;
+    }
+    conclude(job, &stats)
+}
+
+/// Renders until the passes or the time are over or the user has enough.
+fn render_passes(
+    job: &RenderJob,
+    session: &Session,
+    scene: &mut LoadedScene,
+) -> Result<(Stats, Ending), Failure> {
+    let display = display(job);
+    let herald = display.clone();
+    let interrupt = Interrupt::listen(move |line| herald.say(line))
+        .context("cannot listen for Ctrl-C")
+        .map_err(Failure::failed)?;
+    announce(job, session, scene, &display);
+    let mut reporter = Reporter::new(display.clone(), interrupt.clone(), job.scene.timeout);
+    let result = scene.render(job.sensor, job.seed, job.passes, &mut reporter);
+    display.finish();
+
+    let stats = result.map_err(Failure::failed)?;
+    let ending = Ending::of(stats.passes, reporter.passes(), interrupt.requested());
+    if stats.passes == 0 {
+        return Err(no_picture(ending));
+    }
+    if let Some(cause) = cause(ending) {
+        let (done, asked) = (stats.passes, reporter.passes());
+        display.say(&format!(
+            "note: stopped by {cause} after {done} of {asked} passes; the picture is of those"
+        ));
+    }
+    Ok((stats, ending))
+}
+
+/// A bar where a terminal shows it and Mitsuba's log does not tear it.
+fn display(job: &RenderJob) -> Display {
+    if job.quiet {
+        Display::Nothing
+    } else if job.verbosity == 0 && std::io::stderr().is_terminal() {
+        Display::bar()
+    } else {
+        Display::Lines
+    }
+}
+
+/// Says what is about to be rendered.
+fn announce(job: &RenderJob, session: &Session, scene: &LoadedScene, display: &Display) {
+    for note in scene.notes() {
+        display.say(&format!("note: {note}"));
+    }
+    let [width, height] = scene.film_size(job.sensor);
+    display.say(&format!(
+        "rendering \"{}\" to \"{}\", {width} x {height} pixels, with {}",
+        job.scene.path.display(),
+        job.picture.path().display(),
+        session.variant()
+    ));
+}
+
+/// What ended a render early.
+fn cause(ending: Ending) -> Option<&'static str> {
+    match ending {
+        Ending::Complete => None,
+        Ending::Interrupt => Some("Ctrl-C"),
+        Ending::Timeout => Some("the timeout"),
+    }
+}
+
+/// A render that ended before its first pass was done.
+fn no_picture(ending: Ending) -> Failure {
+    match ending {
+        Ending::Interrupt => Failure::aborted(anyhow!(
+            "stopped by Ctrl-C before the first pass was done, so there is no picture"
+        )),
+        _ => Failure::failed(anyhow!(
+            "the render ended before its first pass was done, so there is no picture; allow more \
+             time with --timeout"
+        )),
+    }
+}
+
+/// Prints the warnings, and the line that sums the render up.
+fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
+    for warning in stats.warnings.iter().chain(&dropped(&stats.counters)) {
+        say(&format!("warning: {warning}"));
+    }
+    if job.quiet {
+        return Ok(());
+    }
+    let plural = if stats.passes == 1 { "pass" } else { "passes" };
+    print_result(&format!(
+        "wrote \"{}\": {} {plural} of {} photons in {}",
+        job.picture.path().display(),
+        stats.passes,
+        text::count(stats.photons_per_pass as f64),
+        text::seconds(stats.seconds)
+    ))
+}
+
+/// A warning if samples were dropped.
+fn dropped(counters: &Counters) -> Option<String> {
+    let Counters { dropped_photons, dropped_deposits, dropped_view_rays, .. } = *counters;
+    (dropped_photons + dropped_deposits + dropped_view_rays > 0).then(|| {
+        format!(
+            "samples that were not finite were dropped, so the picture may be too dark: \
+             {dropped_photons} photons, {dropped_deposits} deposits, {dropped_view_rays} view rays"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dropped_samples_are_counted_in_a_warning() {
+        assert_eq!(dropped(&Counters::default()), None);
+        let counters = Counters { dropped_deposits: 7, ..Counters::default() };
+        assert!(dropped(&counters).unwrap().contains("7 deposits"));
+    }
+}

@@ -1,0 +1,58 @@
+//! Numbers as people read them.
+
+/// A count with three digits and a prefix: `12.3 M`.
+pub fn count(value: f64) -> String {
+    let (scaled, prefix) = match value {
+        v if v >= 1e9 => (v / 1e9, " G"),
+        v if v >= 1e6 => (v / 1e6, " M"),
+        v if v >= 1e3 => (v / 1e3, " k"),
+        v => return format!("{v:.0}"),
+    };
+    let digits = match scaled {
+        s if s < 10.0 => 2,
+        s if s < 100.0 => 1,
+        _ => 0,
+    };
+    format!("{scaled:.digits$}{prefix}")
+}
+
+/// A span of time: `0.25 s`, `12 s`, `3 min 20 s`, `2 h 5 min`.
+pub fn seconds(value: f64) -> String {
+    if value < 10.0 {
+        return format!("{value:.2} s");
+    }
+    let whole = value.round() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, min, s) => format!("{min} min {s} s"),
+        (h, min, _) => format!("{h} h {min} min"),
+    }
+}
+
+/// A radius in the scene's unit of length, with three digits.
+pub fn length(value: f32) -> String {
+    format!("{value:.2e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_have_prefixes() {
+        for (value, text) in
+            [(0.0, "0"), (999.0, "999"), (1234.0, "1.23 k"), (4.56e7, "45.6 M"), (2e11, "200 G")]
+        {
+            assert_eq!(count(value), text);
+        }
+    }
+
+    #[test]
+    fn seconds_have_units() {
+        for (value, text) in
+            [(0.254, "0.25 s"), (12.4, "12 s"), (200.0, "3 min 20 s"), (7530.0, "2 h 5 min")]
+        {
+            assert_eq!(seconds(value), text);
+        }
+    }
+}

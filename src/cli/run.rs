@@ -122,7 +122,7 @@ fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
         "wrote \"{}\": {} {plural} of {} photons in {}",
         job.picture.path().display(),
         stats.passes,
-        text::count(stats.photons_per_pass as f64),
+        text::count(stats.parameters.photons as f64),
         text::seconds(stats.seconds)
     ))
 }

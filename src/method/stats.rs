@@ -40,9 +40,7 @@ pub struct Counters {
 pub struct Stats {
     /// As they were in force: the scene's, the command line's and the defaults.
     pub parameters: Parameters,
-    pub method: &'static str,
     pub passes: u32,
-    pub photons_per_pass: u64,
     pub seconds: f64,
     pub phase_seconds: PhaseSeconds,
     pub initial_radii: Radii,
@@ -64,5 +62,20 @@ impl Counters {
         self.dropped_photons += o.dropped_photons;
         self.dropped_deposits += o.dropped_deposits;
         self.dropped_view_rays += o.dropped_view_rays;
+    }
+}
+
+impl Counters {
+    /// What was dropped, in sentences for the user.
+    pub fn warnings(&self) -> Vec<String> {
+        [
+            (self.dropped_photons, "photons"),
+            (self.dropped_deposits, "contributions of photons"),
+            (self.dropped_view_rays, "view rays"),
+        ]
+        .into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what} were not finite and were dropped"))
+        .collect()
     }
 }

@@ -3,6 +3,7 @@
 // layouts below never meet those of the library.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace struct_jit {
@@ -15,6 +16,9 @@ template <typename T> struct type_id {
 };
 template <typename T> constexpr Type type_v = type_id<T>::value;
 
-class Struct {};
+class Struct {
+public:
+    size_t size() const;
+};
 
 }

@@ -1,0 +1,337 @@
+// Mitsuba embedded in a program that is not Python: start a variant, load a scene with the `vpt`
+// integrator put into it, render a sensor, write the picture. C functions for src/host/session.rs.
+
+#include "integrator.h"
+#include "register.h"
+
+#include <drjit-core/jit.h>
+#include <mitsuba/core/fresolver.h>
+#include <mitsuba/core/parser.h>
+#include <mitsuba/core/profiler.h>
+#include <mitsuba/core/thread.h>
+#include <mitsuba/core/bitmap.h>
+#include <mitsuba/core/spectrum.h>
+#include <nanothread/nanothread.h>
+
+#include <cstring>
+
+using namespace mitsuba;
+
+// Must match `SceneFileArguments` in src/host/session.rs: name and value by turns.
+struct VptSceneFile {
+    const char *const *defines;
+    uint32_t define_count;
+    const char *const *settings;
+    uint32_t setting_count;
+};
+
+namespace {
+
+enum class Kind { Boolean, Integer, Number, Text };
+
+struct Parameter {
+    const char *name;
+    Kind kind;
+    // Whether an integrator of another kind may hand it down to vpt.
+    bool common;
+};
+
+const Parameter PARAMETERS[] = {
+    { "method", Kind::Text, false },           { "photons", Kind::Integer, false },
+    { "jitter_every", Kind::Integer, false },  { "alpha", Kind::Number, false },
+    { "surface_radius", Kind::Number, false }, { "medium_radius", Kind::Number, false },
+    { "radius_schedule", Kind::Text, false },  { "max_depth", Kind::Integer, true },
+    { "rr_depth", Kind::Integer, true },       { "hide_emitters", Kind::Boolean, true },
+    { "timeout", Kind::Number, true },
+};
+
+struct LoadedScene {
+    std::string variant, notes;
+    ref<Object> root;
+};
+
+template <typename Body> int32_t guarded(char *error, size_t size, Body &&body) noexcept {
+    std::string sentence;
+    try {
+        body();
+        return 0;
+    } catch (const std::exception &e) {
+        sentence = e.what();
+    } catch (...) {
+        sentence = "Mitsuba threw an exception of an unknown type";
+    }
+    std::strncpy(error, sentence.c_str(), size - 1);
+    error[size - 1] = 0;
+    return 1;
+}
+
+template <typename Float, typename Spectrum> void start_acceleration() {
+    Scene<Float, Spectrum>::static_accel_initialization();
+}
+
+template <typename Float, typename Spectrum> void stop_acceleration() {
+    Scene<Float, Spectrum>::static_accel_shutdown();
+}
+
+void start_backend(const std::string &variant) {
+    if (string::starts_with(variant, "scalar_"))
+        return;
+    JitBackend backend = string::starts_with(variant, "llvm_") ? JitBackend::LLVM : JitBackend::CUDA;
+    jit_init(1u << (uint32_t) backend);
+    if (jit_has_backend(backend))
+        return;
+    if (backend == JitBackend::LLVM)
+        Throw("the variant \"%s\" needs the LLVM shared library, which was not found; install it (Debian: "
+              "apt install libllvm15) or name it in DRJIT_LIBLLVM_PATH, or use scalar_rgb", variant);
+    Throw("the variant \"%s\" needs a CUDA driver and GPU, which were not found; use llvm_ad_rgb or scalar_rgb",
+          variant);
+}
+
+const Parameter *find_parameter(std::string_view name) {
+    for (const Parameter &parameter : PARAMETERS)
+        if (name == parameter.name)
+            return &parameter;
+    return nullptr;
+}
+
+void copy_property(Properties &to, const Properties &from, const Parameter &parameter) {
+    switch (parameter.kind) {
+        case Kind::Boolean: to.set(parameter.name, from.get<bool>(parameter.name)); break;
+        case Kind::Integer: to.set(parameter.name, from.get<int64_t>(parameter.name)); break;
+        case Kind::Number: to.set(parameter.name, from.get<double>(parameter.name)); break;
+        case Kind::Text: to.set(parameter.name, from.get<std::string>(parameter.name)); break;
+    }
+}
+
+// Sets a parameter from the command line, over what the scene says.
+void set_parameter(Properties &props, std::string_view name, const std::string &value) {
+    const Parameter *parameter = find_parameter(name);
+    if (!parameter) {
+        std::string known;
+        for (const Parameter &p : PARAMETERS)
+            known += (known.empty() ? "" : ", ") + std::string(p.name);
+        Throw("the integrator vpt has no parameter \"%s\"; it has: %s", name, known);
+    }
+    size_t used = 0;
+    auto refuse = [&](const char *wanted) {
+        Throw("%s is \"%s\", but must be %s", name, value, wanted);
+    };
+    switch (parameter->kind) {
+        case Kind::Boolean:
+            if (value != "true" && value != "false")
+                refuse("true or false");
+            props.set(name, value == "true", false);
+            break;
+        case Kind::Integer:
+            try {
+                props.set(name, (int64_t) std::stoll(value, &used), false);
+            } catch (const std::logic_error &) {}
+            if (used != value.size() || value.empty())
+                refuse("an integer");
+            break;
+        case Kind::Number:
+            try {
+                props.set(name, std::stod(value, &used), false);
+            } catch (const std::logic_error &) {}
+            if (used != value.size() || value.empty())
+                refuse("a number");
+            break;
+        case Kind::Text: props.set(name, value, false); break;
+    }
+}
+
+parser::SceneNode *find_integrator(parser::ParserState &state) {
+    for (auto &node : state.nodes)
+        if (node.type == ObjectType::Integrator)
+            return &node;
+    return nullptr;
+}
+
+// Puts `vpt` where another integrator stands, or where none does; tells what was kept.
+Properties &ensure_vpt(parser::ParserState &state, std::string &notes) {
+    parser::SceneNode *node = find_integrator(state);
+    if (!node) {
+        parser::SceneNode integrator;
+        integrator.type = ObjectType::Integrator;
+        integrator.props = Properties("vpt");
+        integrator.props.set_id("_vpt_integrator");
+        integrator.file_index = state.root().file_index;
+        integrator.offset = state.root().offset;
+        state.root().props.set("_vpt_integrator", Properties::ResolvedReference(state.nodes.size()));
+        state.nodes.push_back(std::move(integrator));
+        notes = "the scene has no integrator; rendering with vpt and its defaults";
+        return state.nodes.back().props;
+    }
+    std::string former(node->props.plugin_name());
+    if (former != "vpt") {
+        Properties props("vpt");
+        props.set_id(node->props.id());
+        std::string kept;
+        for (const Parameter &parameter : PARAMETERS) {
+            if (!parameter.common || !node->props.has_property(parameter.name))
+                continue;
+            copy_property(props, node->props, parameter);
+            kept += tfm::format("%s%s %s", kept.empty() ? "" : ", ", parameter.name,
+                                node->props.as_string(parameter.name));
+        }
+        node->props = std::move(props);
+        notes = tfm::format("the scene's integrator is \"%s\"; rendering with vpt, %s", former,
+                            kept.empty() ? "its own defaults" : "keeping " + kept);
+    }
+    return node->props;
+}
+
+ref<Object> instantiate(const std::string &variant, const char *path, const VptSceneFile &file,
+                        std::string &notes) {
+    ref<FileResolver> resolver = new FileResolver();
+    resolver->append(util::library_path().parent_path());
+    resolver->append(fs::path(path).parent_path());
+    set_file_resolver(resolver);
+
+    parser::ParameterList defines;
+    for (uint32_t i = 0; i < file.define_count; ++i)
+        defines.emplace_back(file.defines[2 * i], file.defines[2 * i + 1]);
+    parser::ParserConfig config(variant);
+    parser::ParserState state = parser::parse_file(config, path, defines);
+    if (state.root().type != ObjectType::Scene)
+        Throw("the root element of \"%s\" is not a <scene>", path);
+    Properties &props = ensure_vpt(state, notes);
+    for (uint32_t i = 0; i < file.setting_count; ++i)
+        set_parameter(props, file.settings[2 * i], file.settings[2 * i + 1]);
+    parser::transform_all(config, state);
+    auto objects = parser::instantiate(config, state);
+    if (objects.size() != 1)
+        Throw("\"%s\" expands into %i objects, but must be one <scene>", path, (int) objects.size());
+    return objects[0];
+}
+
+template <typename Float, typename Spectrum> Scene<Float, Spectrum> *as_scene(Object *object) {
+    return dynamic_cast<Scene<Float, Spectrum> *>(object);
+}
+
+template <typename Float, typename Spectrum> uint32_t sensor_count(Object *root) {
+    return (uint32_t) as_scene<Float, Spectrum>(root)->sensors().size();
+}
+
+template <typename Float, typename Spectrum> uint32_t emitter_count(Object *root) {
+    return (uint32_t) as_scene<Float, Spectrum>(root)->emitters().size();
+}
+
+template <typename Float, typename Spectrum> Film<Float, Spectrum> *film(Object *root, uint32_t sensor) {
+    return as_scene<Float, Spectrum>(root)->sensors()[sensor]->film();
+}
+
+template <typename Float, typename Spectrum>
+void film_size(Object *root, uint32_t sensor, uint32_t *out) {
+    auto size = film<Float, Spectrum>(root, sensor)->crop_size();
+    out[0] = size.x();
+    out[1] = size.y();
+}
+
+template <typename Float, typename Spectrum>
+void render(Object *root, uint32_t sensor, uint32_t seed, uint32_t passes) {
+    auto *scene = as_scene<Float, Spectrum>(root);
+    scene->integrator()->render(scene, sensor, seed, passes, false, true);
+}
+
+template <typename Float, typename Spectrum>
+void write(Object *root, uint32_t sensor, const fs::path &path) {
+    auto *film = ::film<Float, Spectrum>(root, sensor);
+    bool film_writes_exr = film->to_string().find("file_format = OpenEXR") != std::string::npos;
+    if (path.extension().string() == ".exr" && film_writes_exr)
+        film->write(path);
+    else
+        film->bitmap()->write(path);
+}
+
+// Linear RGB in f32 for formats that want a transfer curve.
+template <typename Float, typename Spectrum>
+void read_rgb(Object *root, uint32_t sensor, float *out) {
+    ref<Bitmap> bitmap = film<Float, Spectrum>(root, sensor)->bitmap();
+    ref<Bitmap> rgb = bitmap->convert(Bitmap::PixelFormat::RGB, bitmap->component_format(), false);
+    std::memcpy(out, rgb->data(), (size_t) rgb->width() * rgb->height() * 3 * sizeof(float));
+}
+
+}
+
+extern "C" {
+
+int32_t vpt_session_start(const char *variant_, uint32_t threads, uint32_t verbosity, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        std::string variant(variant_);
+        Thread::static_initialization();
+        Logger::static_initialization();
+        Bitmap::static_initialization();
+        mitsuba::LogLevel levels[] = { mitsuba::LogLevel::Error, Info, Debug, Trace };
+        logger()->set_log_level(levels[std::min(verbosity, 3u)]);
+        jit_set_log_level_stderr(verbosity > 1 ? ::LogLevel::Warn : ::LogLevel::Error);
+        if (threads > 0)
+            pool_set_size(nullptr, threads - 1);
+        start_backend(variant);
+        Profiler::static_initialization();
+        color_management_static_initialization(string::starts_with(variant, "cuda_"),
+                                               string::starts_with(variant, "llvm_"), false);
+        MI_INVOKE_VARIANT(variant, start_acceleration);
+        vpt::register_all("vpt", [](std::string_view name, std::string_view variant, ObjectType type,
+                                    PluginInstantiateFn instantiate) {
+            PluginManager::instance()->register_plugin(name, variant, type, instantiate, nullptr, nullptr);
+        });
+    });
+}
+
+int32_t vpt_scene_load(const char *variant, const char *path, const VptSceneFile *file, void **out, char *error,
+                       size_t size) {
+    return guarded(error, size, [&] {
+        auto scene = std::make_unique<LoadedScene>();
+        scene->variant = variant;
+        scene->root = instantiate(variant, path, *file, scene->notes);
+        *out = scene.release();
+    });
+}
+
+void vpt_scene_free(void *scene) { delete static_cast<LoadedScene *>(scene); }
+
+const char *vpt_scene_notes(void *scene) { return static_cast<LoadedScene *>(scene)->notes.c_str(); }
+
+int32_t vpt_scene_facts(void *scene_, uint32_t *sensors, uint32_t *emitters, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        *sensors = MI_INVOKE_VARIANT(scene->variant, sensor_count, scene->root.get());
+        *emitters = MI_INVOKE_VARIANT(scene->variant, emitter_count, scene->root.get());
+    });
+}
+
+int32_t vpt_scene_film_size(void *scene_, uint32_t sensor, uint32_t *out, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        MI_INVOKE_VARIANT(scene->variant, film_size, scene->root.get(), sensor, out);
+    });
+}
+
+int32_t vpt_scene_render(void *scene_, uint32_t sensor, uint32_t seed, uint32_t passes, const VptObserver *observer,
+                         char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        struct Embedding {
+            explicit Embedding(const VptObserver *observer) { vpt::embedding_observer() = observer; }
+            ~Embedding() { vpt::embedding_observer() = nullptr; }
+        } embedding(observer);
+        MI_INVOKE_VARIANT(scene->variant, render, scene->root.get(), sensor, seed, passes);
+    });
+}
+
+int32_t vpt_scene_write(void *scene_, uint32_t sensor, const char *path, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        MI_INVOKE_VARIANT(scene->variant, write, scene->root.get(), sensor, fs::path(path));
+    });
+}
+
+int32_t vpt_scene_read_rgb(void *scene_, uint32_t sensor, float *out, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        MI_INVOKE_VARIANT(scene->variant, read_rgb, scene->root.get(), sensor, out);
+    });
+}
+
+}

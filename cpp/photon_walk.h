@@ -100,9 +100,12 @@ private:
         w.flux = flight.flux;
         w.density = flight.density;
 
-        BSDFPtr bsdf = si.bsdf(w.ray);
-        UInt32 lobes = dr::select(surface, bsdf->flags(), 0u);
-        Mask receives = surface && has_flag(lobes, BSDFFlags::Smooth);
+        BSDFPtr bsdf = nullptr;
+        Mask receives = false;
+        if (dr::any_or<true>(surface)) {
+            bsdf = si.bsdf(w.ray);
+            receives = surface && has_flag(dr::select(surface, bsdf->flags(), 0u), BSDFFlags::Smooth);
+        }
         Point3f position = dr::select(collided, flight.mei.p, si.p);
         UnpolarizedSpectrum flux = w.flux * dr::select(receives, shading_ratio(si), 1.f);
 
@@ -218,7 +221,8 @@ private:
         dr::masked(w.ray, active) = next;
         dr::masked(w.flux, active) *= weight;
         Mask transition = active && si.is_medium_transition();
-        dr::masked(w.medium, transition) = si.target_medium(next.d);
+        if (dr::any_or<true>(transition))
+            dr::masked(w.medium, transition) = si.target_medium(next.d);
         scattered |= active && !null;
         alive |= active && bs.pdf > 0.f;
     }

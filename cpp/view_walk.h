@@ -58,9 +58,11 @@ public:
             dr::make_tuple(state), [](const State &s) { return s.active; },
             [scene](State &s) {
                 s.active &= s.si.is_valid();
-                s.active &= s.si.shape->emitter() != nullptr;
+                if (dr::any_or<true>(s.active))
+                    s.active &= s.si.shape->emitter() != nullptr;
                 dr::masked(s.ray, s.active) = s.si.spawn_ray(s.ray.d);
-                dr::masked(s.si, s.active) = scene->ray_intersect(s.ray, s.active);
+                if (dr::any_or<true>(s.active))
+                    dr::masked(s.si, s.active) = scene->ray_intersect(s.ray, s.active);
             },
             "Skip emitters");
         si = state.si;
@@ -100,41 +102,57 @@ private:
         if (dr::any_or<true>(emits))
             dr::masked(emission, emits) = emitter->eval(si, emits);
 
-        BSDFPtr bsdf = si.bsdf(s.ray);
-        UInt32 lobes = dr::select(hit, bsdf->flags(), 0u);
-        Mask visible_point = hit && has_flag(lobes, BSDFFlags::Smooth) && s.depth + 1u < m_limits.max_depth,
-             lambertian = visible_point && m_tables.is_lambertian(bsdf, visible_point);
-        Spectrum reflectance = dr::zeros<Spectrum>();
-        if (dr::any_or<true>(lambertian))
-            dr::masked(reflectance, lambertian) = bsdf->eval_diffuse_reflectance(si, lambertian);
-
-        auto [weight, scattered, continues] = follow_delta(s, si, bsdf, lobes, lobe, direction, hit, out,
-                                                           writer, e);
+        Surface surface;
+        UnpolarizedSpectrum weight = 0.f;
+        Mask scattered = false, continues = false;
+        writer.put(out.medium, e, dr::select(s.active, m_tables.medium_index(s.medium), UInt32(VPT_VACUUM)));
+        writer.put3(out.origin, e, s.ray.o);
+        writer.put3(out.direction, e, s.ray.d);
+        if (dr::any_or<true>(hit)) {
+            BSDFPtr bsdf = si.bsdf(s.ray);
+            surface = look_at(s, si, bsdf, hit);
+            std::tie(weight, scattered, continues) = follow_delta(s, si, bsdf, surface.lobes, lobe, direction, hit);
+        }
+        s.active = continues;
 
         auto bit = [](const Mask &mask, uint32_t value) { return dr::select(mask, UInt32(value), UInt32(0)); };
-        writer.put(out.flags, e, bit(continues, VPT_VIEW_CONTINUES) | bit(visible_point, VPT_VIEW_VISIBLE_POINT) |
-                                     bit(lambertian, VPT_VIEW_LAMBERTIAN) | bit(emits, VPT_VIEW_EMISSION) |
+        writer.put(out.flags, e, bit(continues, VPT_VIEW_CONTINUES) | bit(surface.visible_point, VPT_VIEW_VISIBLE_POINT) |
+                                     bit(surface.lambertian, VPT_VIEW_LAMBERTIAN) | bit(emits, VPT_VIEW_EMISSION) |
                                      bit(hit, VPT_VIEW_HIT) | bit(scattered, VPT_VIEW_SCATTERED));
         Float side = dr::sign(Frame3f::cos_theta(si.wi));
         writer.put(out.length, e, dr::select(hit, si.t, dr::Infinity<Float>));
         writer.put3(out.position, e, si.p);
         writer.put3(out.normal, e, Vector3f(si.sh_frame.n * side));
         writer.put3(out.geometric_normal, e, Vector3f(si.n));
-        writer.put3(out.reflectance, e, unpolarized_spectrum(reflectance));
+        writer.put3(out.reflectance, e, surface.reflectance);
         writer.put3(out.emission, e, unpolarized_spectrum(emission));
         writer.put3(out.weight, e, weight);
     }
 
+    // What is seen of a surface besides its delta lobes.
+    struct Surface {
+        UInt32 lobes = 0u;
+        Mask visible_point = false, lambertian = false;
+        UnpolarizedSpectrum reflectance = 0.f;
+    };
+
+    Surface look_at(const Ray &s, const SurfaceInteraction3f &si, const BSDFPtr &bsdf, const Mask &hit) const {
+        Surface out;
+        out.lobes = dr::select(hit, bsdf->flags(), 0u);
+        out.visible_point = hit && has_flag(out.lobes, BSDFFlags::Smooth) && s.depth + 1u < m_limits.max_depth;
+        out.lambertian = out.visible_point && m_tables.is_lambertian(bsdf, out.visible_point);
+        if (dr::any_or<true>(out.lambertian))
+            out.reflectance = unpolarized_spectrum(bsdf->eval_diffuse_reflectance(si, out.lambertian)) & out.lambertian;
+        return out;
+    }
+
     // Continues through the delta part of a surface; smooth lobes end here as visible points.
     std::tuple<UnpolarizedSpectrum, Mask, Mask>
-    follow_delta(Ray &s, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const UInt32 &lobes,
-                 const Float &lobe, const Point2f &direction, const Mask &hit, const VptViewVertices &out,
-                 Writer<Float> &writer, size_t e) const {
-        writer.put(out.medium, e, dr::select(s.active, m_tables.medium_index(s.medium), UInt32(VPT_VACUUM)));
-        writer.put3(out.origin, e, s.ray.o);
-        writer.put3(out.direction, e, s.ray.d);
-
+    follow_delta(Ray &s, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const UInt32 &lobes, const Float &lobe,
+                 const Point2f &direction, const Mask &hit) const {
         Mask active = hit && has_flag(lobes, BSDFFlags::Delta);
+        if (dr::none_or<false>(active))
+            return { UnpolarizedSpectrum(0.f), false, false };
         BSDFContext context(TransportMode::Radiance, (uint32_t) BSDFFlags::Delta);
         auto [bs, value] = bsdf->sample(context, si, lobe, direction, active);
         UnpolarizedSpectrum weight = unpolarized_spectrum(value) & active;
@@ -144,10 +162,10 @@ private:
         Ray3f next = si.spawn_ray(si.to_world(bs.wo));
         dr::masked(s.ray, active) = next;
         Mask transition = active && si.is_medium_transition();
-        dr::masked(s.medium, transition) = si.target_medium(next.d);
+        if (dr::any_or<true>(transition))
+            dr::masked(s.medium, transition) = si.target_medium(next.d);
         dr::masked(s.depth, scattered) += 1u;
         active &= s.depth < m_limits.max_depth;
-        s.active = active;
         return { weight, scattered, active };
     }
 

@@ -45,6 +45,20 @@ const Parameter PARAMETERS[] = {
     { "timeout", Kind::Number, true },
 };
 
+// Threads asked for; 0 for all.
+uint32_t render_threads = 0;
+
+// Mitsuba's pool has the size asked for while it renders, and its full size otherwise: with no worker,
+// OpenEXR's reader waits for ever (stock `mitsuba -t 1` does so on a scene with an EXR texture).
+struct ScopedThreads {
+    ScopedThreads() : workers(pool_size()) {
+        if (render_threads > 0)
+            pool_set_size(nullptr, render_threads - 1);
+    }
+    ~ScopedThreads() { pool_set_size(nullptr, workers); }
+    uint32_t workers;
+};
+
 struct LoadedScene {
     std::string variant, notes;
     ref<Object> root;
@@ -265,8 +279,7 @@ int32_t vpt_session_start(const char *variant_, uint32_t threads, uint32_t verbo
         mitsuba::LogLevel levels[] = { mitsuba::LogLevel::Error, Info, Debug, Trace };
         logger()->set_log_level(levels[std::min(verbosity, 3u)]);
         jit_set_log_level_stderr(verbosity > 1 ? ::LogLevel::Warn : ::LogLevel::Error);
-        if (threads > 0)
-            pool_set_size(nullptr, threads - 1);
+        render_threads = threads;
         start_backend(variant);
         Profiler::static_initialization();
         color_management_static_initialization(string::starts_with(variant, "cuda_"),
@@ -316,6 +329,7 @@ int32_t vpt_scene_render(void *scene_, uint32_t sensor, uint32_t seed, uint32_t 
             explicit Embedding(const VptObserver *observer) { vpt::embedding_observer() = observer; }
             ~Embedding() { vpt::embedding_observer() = nullptr; }
         } embedding(observer);
+        ScopedThreads threads;
         MI_INVOKE_VARIANT(scene->variant, render, scene->root.get(), sensor, seed, passes);
     });
 }

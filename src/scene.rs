@@ -243,6 +243,8 @@ pub mod photon_event {
     pub const MEDIUM: u32 = 1;
     /// A surface with a smooth lobe.
     pub const SURFACE: u32 = 2;
+    /// Added to an event after which the walk ended because its flux was no longer finite.
+    pub const INVALID: u32 = 4;
 }
 
 /// One segment per photon walk, and the event at its end. Filled by [`PhotonWalk::step`].

@@ -48,12 +48,6 @@ impl Session {
                 VARIANTS.join(", ")
             )));
         }
-        if let Some(threads) = threads {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build_global()
-                .map_err(|error| HostError(format!("cannot use {threads} threads: {error}")))?;
-        }
         let name = c_string(&variant)?;
         let threads = u32::try_from(threads.unwrap_or(0)).unwrap_or(u32::MAX);
         call(|error, size| {

@@ -233,12 +233,16 @@ impl Gather<'_> {
             counters: Counters::default(),
         };
         for lane in range {
-            if v.event[lane] == photon_event::NONE {
+            if v.event[lane] & photon_event::INVALID != 0 {
+                out.counters.dropped_photons += 1;
+            }
+            let event = v.event[lane] & !photon_event::INVALID;
+            if event == photon_event::NONE {
                 continue;
             }
             if !v.flux.rgb(lane).is_finite() || !v.position.get(lane).is_finite() {
                 out.counters.dropped_photons += 1;
-            } else if v.event[lane] == photon_event::MEDIUM {
+            } else if event == photon_event::MEDIUM {
                 self.medium(v, lane, &mut out);
             } else {
                 self.surface(v, lane, &mut out);

@@ -43,8 +43,8 @@ public:
     }
 
     // The first surface, emitters skipped where `hide_emitters` asks for it.
-    static SurfaceInteraction3f intersect(const Scene *scene, const Ray3f &ray_, Mask skips_emitters,
-                                          Mask active) {
+    static SurfaceInteraction3f intersect(const Scene *scene, const Ray3f &ray_, const Mask &skips_emitters,
+                                          const Mask &active) {
         SurfaceInteraction3f si = scene->ray_intersect(ray_, active);
         if (dr::none_or<false>(skips_emitters && active))
             return si;
@@ -93,7 +93,8 @@ private:
     void step(Ray &s, const Float &lobe, const Point2f &direction, const VptViewVertices &out,
               Writer<Float> &writer, size_t e) const {
         Mask first = s.depth == 0u, hides = first && m_limits.hide_emitters != 0;
-        SurfaceInteraction3f si = intersect(m_scene, s.ray, hides, s.active);
+        SurfaceInteraction3f si = m_limits.hide_emitters ? intersect(m_scene, s.ray, hides, s.active)
+                                                         : m_scene->ray_intersect(s.ray, s.active);
         Mask hit = s.active && si.is_valid();
 
         EmitterPtr emitter = si.emitter(m_scene, s.active);

@@ -435,8 +435,14 @@ impl TablePlan {
     }
 }
 
-/// Length after which a beam in a constant medium shows nothing more.
+/// Length after which a beam in a constant medium shows nothing more: no channel that scatters is left.
+/// Fog without any surface has no diagonal to bound it.
 fn visible_length(sigma_t: Rgb, bounds: &Aabb) -> f32 {
-    let opaque = OPAQUE_DEPTH / sigma_t.min_component().max(0.0);
-    opaque.min(FAR_DIAGONALS * bounds.diagonal().max(f32::MIN_POSITIVE))
+    let scattering = [sigma_t.r, sigma_t.g, sigma_t.b].into_iter().filter(|sigma| *sigma > 0.0);
+    let opaque = OPAQUE_DEPTH / scattering.fold(f32::INFINITY, f32::min);
+    if bounds.is_empty() {
+        opaque
+    } else {
+        opaque.min(FAR_DIAGONALS * bounds.diagonal().max(f32::MIN_POSITIVE))
+    }
 }

@@ -1,0 +1,115 @@
+//! The engine against an estimator without trees, photon by photon.
+//!
+//! Both draw the same numbers, so the pictures must agree but for rounding: a photon that lies on the
+//! edge of a kernel may count for one and not for the other. The scenes have everything at once, in
+//! places where receivers crowd and overlap.
+
+#[path = "support/brute_force.rs"]
+mod brute_force;
+
+use glam::DVec3;
+use vpt::analytic::{
+    Camera, Contents, Disclosure, Fog, Lamp, Material, Profile, Projection, Shape, Surface, World,
+    FILM_CHANNELS,
+};
+use vpt::density::radius::Schedule;
+use vpt::math::{Aabb, Rgb};
+use vpt::method::{self, Parameters, Silent};
+use vpt::scene::{PathLimits, Phase, VACUUM};
+
+/// Share of the light by which the pictures may differ: some ten photons on the edge of a kernel.
+const EDGES: f64 = 2e-4;
+/// The same where the engine's tables stand for the integral of the extinction.
+const TABLES: f64 = 3e-3;
+
+const FOG: u32 = 0;
+const FOG_IN_GLASS: u32 = 1;
+
+/// A room of fog with a glass ball full of another fog, a matt floor, a sheet that light must not pass,
+/// a luminous panel, a lamp and a sky outside.
+fn everything(profile: Profile, disclosure: Disclosure) -> Contents {
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let sphere = |center, radius| Shape::Sphere { center, radius, inward: false };
+    let sheet = |center, half_u, half_v| Shape::Rectangle { center, half_u, half_v };
+    let matt = |r, g, b| Material::Lambertian { reflectance: Rgb::new(r, g, b) };
+    let bounds = Aabb { min: DVec3::splat(-2.0).as_vec3(), max: DVec3::splat(2.0).as_vec3() };
+    let forward = Phase::HenyeyGreenstein { g: 0.6 };
+    let fog = Fog::uniform(Rgb::new(0.3, 0.4, 0.6), Rgb::new(0.9, 0.8, 0.7), Phase::Isotropic);
+    let thick = Fog::uniform(Rgb::new(3.0, 2.0, 1.0), Rgb::new(0.5, 0.9, 0.99), forward);
+    let glass = Material::Dielectric { index: 1.4 };
+    let eye = DVec3::new(0.0, 0.3, -3.0);
+    let lens = Projection::Perspective { half_width_tangent: 0.4 };
+    Contents {
+        camera: Camera::new(eye, z, [24, 16], lens),
+        surfaces: vec![
+            Surface::new(sphere(DVec3::ZERO, 2.0), Material::Null).between(VACUUM, FOG),
+            Surface::new(sphere(0.4 * x, 0.5), glass).between(FOG, FOG_IN_GLASS),
+            Surface::new(sheet(-0.6 * y, 1.2 * x, -1.2 * z), matt(0.8, 0.6, 0.4)).between(FOG, FOG),
+            Surface::new(sheet(-0.8 * x, 0.5 * y, 0.5 * z), matt(0.2, 0.9, 0.5)).between(FOG, FOG),
+            Surface::new(sheet(z + y, 0.4 * x, 0.2 * y), matt(0.1, 0.1, 0.1))
+                .emitting(Rgb::new(2.0, 1.0, 3.0))
+                .between(FOG, FOG),
+        ],
+        fogs: vec![Fog { profile, bounds, ..fog }, Fog { bounds, ..thick }],
+        lamps: vec![
+            Lamp::Point { position: y, intensity: Rgb::new(1.0, 2.0, 1.0), medium: FOG },
+            Lamp::Sky { radiance: Rgb::new(0.1, 0.2, 0.3) },
+        ],
+        disclosure,
+    }
+}
+
+fn parameters() -> Parameters {
+    Parameters {
+        passes: 3,
+        photons: 5000,
+        jitter_every: 2,
+        surface_radius: 0.1,
+        medium_radius: 0.07,
+        ..Parameters::default()
+    }
+}
+
+/// Pixels are compared one by one; the sum of their differences is a share of the sum of their values.
+#[track_caller]
+fn assert_same_picture(contents: Contents, parameters: &Parameters, allowed: f64) {
+    let world = World::new(contents);
+    let engine = method::render(&world, parameters, &mut Silent).expect("the engine renders").film;
+    let oracle = brute_force::render(&world, parameters);
+    for channel in 0..FILM_CHANNELS {
+        let values = |film: &[f64]| -> Vec<f64> {
+            film.iter().skip(channel).step_by(FILM_CHANNELS).copied().collect()
+        };
+        let (engine, oracle) = (values(&engine.values), values(&oracle.values));
+        let difference: f64 = engine.iter().zip(&oracle).map(|(a, b)| (a - b).abs()).sum();
+        let share = difference / oracle.iter().sum::<f64>();
+        println!("channel {channel}: pictures differ by {share:.2e}");
+        assert!(share <= allowed, "channel {channel}: pictures differ by {share}");
+    }
+}
+
+#[test]
+fn with_what_the_engine_knows() {
+    assert_same_picture(everything(Profile::Uniform, Disclosure::Full), &parameters(), EDGES);
+}
+
+#[test]
+fn with_what_the_engine_must_ask() {
+    assert_same_picture(everything(Profile::Uniform, Disclosure::OnRequest), &parameters(), EDGES);
+}
+
+#[test]
+fn with_a_varying_medium() {
+    let profile = Profile::Exponential { scale_height: 1.0 };
+    assert_same_picture(everything(profile, Disclosure::Full), &parameters(), TABLES);
+}
+
+#[test]
+fn with_limits_and_the_printed_schedule() {
+    for max_depth in 0..5 {
+        let limits = PathLimits { max_depth, rr_depth: 2, hide_emitters: true };
+        let parameters =
+            Parameters { limits, radius_schedule: Schedule::Paper, seed: 7, ..parameters() };
+        assert_same_picture(everything(Profile::Uniform, Disclosure::Full), &parameters, EDGES);
+    }
+}

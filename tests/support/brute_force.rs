@@ -1,0 +1,437 @@
+//! The estimator without trees: every photon against every view beam and every visible point.
+//!
+//! Written apart from the engine, from the paper and the design alone, and slow on purpose. It draws
+//! the same numbers in the same order, so that both see the same photons and the same view rays: where
+//! they disagree by more than rounding, one of them is wrong.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use vpt::density::radius::{Radii, RadiusSequence};
+use vpt::film::FilmSums;
+use vpt::math::uniform::{self, Purpose};
+use vpt::method::Parameters;
+use vpt::scene::{
+    photon_event, view_flags, Extinction, ExtinctionPoints, FilmSamples, Phase, PhasePairs,
+    PhotonVertices, Planes, PointSegments, Scene, SurfacePairs, ViewRayRequest, ViewVertices,
+    EMIT_DIMENSIONS, PHOTON_STEP_DIMENSIONS, VACUUM, VIEW_RAY_DIMENSIONS, VIEW_STEP_DIMENSIONS,
+};
+
+/// Segments after which a view ray between mirrors is given up.
+const MAX_SEGMENTS: usize = 64;
+/// Steps of the midpoint rule per length over which an extinction changes.
+const STEPS_PER_FEATURE: f64 = 4.0;
+
+/// A view segment that crosses fog.
+struct Beam {
+    pixel: usize,
+    origin: DVec3,
+    direction: DVec3,
+    length: f64,
+    medium: u32,
+    /// Weight of radiance at its origin on the pixel.
+    weight: [f64; 3],
+    /// Scattering events between the eye and the beam.
+    depth: u32,
+}
+
+struct Point {
+    pixel: usize,
+    position: DVec3,
+    /// On the side from which the view ray comes.
+    normal: DVec3,
+    reflectance: Option<[f64; 3]>,
+    /// Weight of radiance at the point on the pixel: specular lobes and all transmittances.
+    weight: [f64; 3],
+    depth: u32,
+}
+
+/// All receivers behind one jitter of the view rays.
+struct View {
+    film: Vec<f32>,
+    /// Light that is seen directly, per ray.
+    emission: Vec<[f64; 3]>,
+    alpha: Vec<f32>,
+    beams: Vec<Beam>,
+    points: Vec<Point>,
+}
+
+/// Renders as `vpt::method::render` does, in a time that nobody would wait for on a real scene.
+pub fn render(scene: &dyn Scene, parameters: &Parameters) -> FilmSums {
+    let description = scene.description();
+    let mut film = FilmSums::new(description);
+    let initial = Radii { surface: parameters.surface_radius, medium: parameters.medium_radius };
+    let mut radii = RadiusSequence::new(initial, parameters.alpha, parameters.radius_schedule);
+    let passes: Vec<u32> = (0..parameters.passes).collect();
+    for (jitter, block) in passes.chunks(parameters.jitter_every as usize).enumerate() {
+        let view = View::trace(scene, parameters, jitter as u64);
+        let mut radiance = vec![[0.0; 3]; view.emission.len()];
+        for &pass in block {
+            add_all(&mut radiance, &scatter(scene, parameters, &view, pass, radii.current()));
+            radii.advance();
+        }
+        view.splat(scene, &radiance, block.len(), &mut film);
+    }
+    film
+}
+
+impl View {
+    fn trace(scene: &dyn Scene, parameters: &Parameters, jitter: u64) -> View {
+        let [width, height] = scene.description().film_size.map(|n| n as usize);
+        let [left, top] = scene.description().film_offset.map(|n| n as f32);
+        let lanes = width * height;
+        assert!(lanes <= scene.batching().lanes, "one batch of view rays");
+        let mut rng = uniform::stream(parameters.seed, Purpose::ViewRays, jitter, 0);
+        let mut numbers = Vec::new();
+        uniform::fill(&mut rng, &mut numbers, 2 * lanes);
+        let film: Vec<f32> = (0..2 * lanes)
+            .map(|i| match i < lanes {
+                true => left + (i % width) as f32 + numbers[2 * i],
+                false => top + ((i - lanes) / width) as f32 + numbers[2 * (i - lanes) + 1],
+            })
+            .collect();
+        uniform::fill(&mut rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
+        let limits = parameters.limits;
+        let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, limits };
+        let mut importance = Planes::default();
+        let mut walk = scene.view_rays(&request, &mut importance).expect("view rays start");
+
+        let mut view = View {
+            emission: vec![[0.0; 3]; lanes],
+            alpha: vec![0.0; lanes],
+            beams: Vec::new(),
+            points: Vec::new(),
+            film: film.clone(),
+        };
+        let mut weights: Vec<_> = (0..lanes).map(|lane| array(importance.get(lane))).collect();
+        let mut depths = vec![0; lanes];
+        let mut segments = Segments::default();
+        let mut vertices = ViewVertices::default();
+        for _ in 0..MAX_SEGMENTS {
+            let mut step_numbers = Vec::new();
+            uniform::fill(&mut rng, &mut step_numbers, VIEW_STEP_DIMENSIONS * lanes);
+            walk.step(&step_numbers, &mut vertices).expect("view rays advance");
+            for lane in 0..lanes {
+                let hides = limits.hide_emitters && depths[lane] == 0;
+                view.add_vertex(scene, &vertices, lane, &mut weights[lane], &mut depths[lane]);
+                segments.add_point(&vertices, lane, hides);
+            }
+            if vertices.flags.iter().all(|flags| flags & view_flags::CONTINUES == 0) {
+                break;
+            }
+        }
+        scene.store_points(&segments.into_points()).expect("points are stored");
+        view
+    }
+
+    fn add_vertex(
+        &mut self,
+        scene: &dyn Scene,
+        vertices: &ViewVertices,
+        lane: usize,
+        weight: &mut [f64; 3],
+        depth: &mut u32,
+    ) {
+        let flags = vertices.flags[lane];
+        let has = |flag| flags & flag != 0;
+        let beam = Beam {
+            pixel: lane,
+            origin: vertices.origin.get(lane).as_dvec3(),
+            direction: vertices.direction.get(lane).as_dvec3(),
+            length: f64::from(vertices.length[lane]),
+            medium: vertices.medium[lane],
+            weight: *weight,
+            depth: *depth,
+        };
+        if has(view_flags::HIT) {
+            self.alpha[lane] = 1.0;
+        }
+        let transmittance = beam.transmittance(scene, beam.length);
+        *weight = product(*weight, transmittance);
+        if beam.medium != VACUUM && beam.length > 0.0 {
+            self.beams.push(beam);
+        }
+        if has(view_flags::EMISSION) {
+            let emission = array(vertices.emission.get(lane));
+            add(&mut self.emission[lane], product(*weight, emission));
+        }
+        if has(view_flags::VISIBLE_POINT) {
+            let reflectance = array(vertices.reflectance.get(lane));
+            self.points.push(Point {
+                pixel: lane,
+                position: vertices.position.get(lane).as_dvec3(),
+                normal: vertices.normal.get(lane).as_dvec3(),
+                reflectance: has(view_flags::LAMBERTIAN).then_some(reflectance),
+                weight: *weight,
+                depth: *depth,
+            });
+        }
+        *weight = product(*weight, array(vertices.weight.get(lane)));
+        *depth += u32::from(has(view_flags::SCATTERED));
+    }
+
+    /// Hands the mean radiance of a block of passes to the film, weighted by their number.
+    fn splat(&self, scene: &dyn Scene, radiance: &[[f64; 3]], passes: usize, film: &mut FilmSums) {
+        let lanes = radiance.len();
+        let mean = (0..lanes).map(|lane| {
+            let value = |c| self.emission[lane][c] + radiance[lane][c] / passes as f64;
+            DVec3::new(value(0), value(1), value(2)).as_vec3()
+        });
+        let samples = FilmSamples {
+            position: self.film.clone(),
+            radiance: Planes::push_all(mean),
+            alpha: self.alpha.clone(),
+            weight: vec![passes as f32; lanes],
+        };
+        scene.splat(&samples, &mut film.values).expect("the film takes samples");
+    }
+}
+
+impl Beam {
+    /// Transmittance of its first part.
+    fn transmittance(&self, scene: &dyn Scene, distance: f64) -> [f64; 3] {
+        if self.medium == VACUUM || distance == 0.0 {
+            return [1.0; 3];
+        }
+        let depth = match scene.description().media[self.medium as usize].extinction {
+            Extinction::Constant(sigma_t) => array(sigma_t.into()).map(|s| s * distance),
+            Extinction::Varying { feature_size } => {
+                self.optical_depth(scene, distance, f64::from(feature_size))
+            }
+        };
+        // A channel without extinction stays clear over any distance.
+        depth.map(|tau| if tau.is_nan() { 1.0 } else { (-tau).exp() })
+    }
+
+    fn optical_depth(&self, scene: &dyn Scene, distance: f64, feature: f64) -> [f64; 3] {
+        let steps = (STEPS_PER_FEATURE * distance / feature).ceil() as usize;
+        let width = distance / steps as f64;
+        let midpoints = (0..steps).map(|i| self.origin + (i as f64 + 0.5) * width * self.direction);
+        let points = ExtinctionPoints {
+            medium: vec![self.medium; steps],
+            position: Planes::push_all(midpoints.map(|p| p.as_vec3())),
+            direction: Planes::push_all((0..steps).map(|_| self.direction.as_vec3())),
+        };
+        let mut sigma_t = Planes::default();
+        scene.extinction(&points, &mut sigma_t).expect("extinction is known");
+        let mut sum = [0.0; 3];
+        for step in 0..steps {
+            add(&mut sum, array(sigma_t.get(step)).map(|s| s * width));
+        }
+        sum
+    }
+}
+
+/// Segments that end in visible points, in the order of the points.
+#[derive(Default)]
+struct Segments {
+    origins: Vec<Vec3>,
+    directions: Vec<Vec3>,
+    skips_emitters: Vec<u32>,
+}
+
+impl Segments {
+    fn add_point(&mut self, vertices: &ViewVertices, lane: usize, skips_emitters: bool) {
+        if vertices.flags[lane] & view_flags::VISIBLE_POINT != 0 {
+            self.origins.push(vertices.origin.get(lane));
+            self.directions.push(vertices.direction.get(lane));
+            self.skips_emitters.push(skips_emitters.into());
+        }
+    }
+
+    fn into_points(self) -> PointSegments {
+        PointSegments {
+            origin: Planes::push_all(self.origins.into_iter()),
+            direction: Planes::push_all(self.directions.into_iter()),
+            skips_emitters: self.skips_emitters,
+        }
+    }
+}
+
+/// Radiance per view ray that one pass of photons scatters toward the eye.
+fn scatter(
+    scene: &dyn Scene,
+    parameters: &Parameters,
+    view: &View,
+    pass: u32,
+    radii: Radii,
+) -> Vec<[f64; 3]> {
+    let batch_lanes = scene.batching().lanes as u64;
+    let batches = parameters.photons.div_ceil(batch_lanes);
+    let rays = view.emission.len();
+    let sums = (0..batches).into_par_iter().map(|batch| {
+        let lanes = (parameters.photons - batch * batch_lanes).min(batch_lanes) as usize;
+        let mut rng = uniform::stream(parameters.seed, Purpose::Photons, pass.into(), batch);
+        let mut numbers = Vec::new();
+        uniform::fill(&mut rng, &mut numbers, EMIT_DIMENSIONS * lanes);
+        let mut walk = scene.emit(lanes, &numbers, parameters.limits).expect("walks start");
+        let mut vertices = PhotonVertices::default();
+        let mut radiance = vec![[0.0; 3]; rays];
+        while walk.lanes() > 0 {
+            uniform::fill(&mut rng, &mut numbers, PHOTON_STEP_DIMENSIONS * walk.lanes());
+            walk.step(&numbers, &mut vertices).expect("walks advance");
+            for lane in 0..vertices.event.len() {
+                let photon = Photon::from_lane(&vertices, lane);
+                let max_depth = parameters.limits.max_depth;
+                match vertices.event[lane] {
+                    photon_event::MEDIUM => photon.light_beams(
+                        scene,
+                        view,
+                        f64::from(radii.medium),
+                        max_depth,
+                        &mut radiance,
+                    ),
+                    photon_event::SURFACE => photon.light_points(
+                        scene,
+                        view,
+                        f64::from(radii.surface),
+                        max_depth,
+                        &mut radiance,
+                    ),
+                    _ => {}
+                }
+            }
+        }
+        radiance
+    });
+    let mut total = vec![[0.0; 3]; rays];
+    for radiance in sums.collect::<Vec<_>>() {
+        add_all(&mut total, &radiance);
+    }
+    // [Collin 2013 (2) (3)]: 1/N, with N the walks emitted.
+    let emitted = parameters.photons as f64;
+    total.into_iter().map(|sum| sum.map(|x| x / emitted)).collect()
+}
+
+/// A photon where it is seen.
+struct Photon {
+    position: DVec3,
+    direction: DVec3,
+    /// Normal on the side from which it came, where it met a surface.
+    normal: DVec3,
+    medium: u32,
+    depth: u32,
+    flux: [f64; 3],
+}
+
+impl Photon {
+    fn from_lane(vertices: &PhotonVertices, lane: usize) -> Self {
+        let direction = vertices.direction.get(lane).as_dvec3();
+        let normal = vertices.geometric_normal.get(lane).as_dvec3();
+        Photon {
+            position: vertices.position.get(lane).as_dvec3(),
+            direction,
+            normal: if normal.dot(direction) < 0.0 { normal } else { -normal },
+            medium: vertices.medium[lane],
+            depth: vertices.depth[lane],
+            flux: array(vertices.flux.get(lane)),
+        }
+    }
+
+    // [Collin 2013 (4)], with the albedo, which the flux holds, in the place of sigma_s.
+    fn light_beams(
+        &self,
+        scene: &dyn Scene,
+        view: &View,
+        radius: f64,
+        max_depth: u32,
+        radiance: &mut [[f64; 3]],
+    ) {
+        for beam in &view.beams {
+            let offset = self.position - beam.origin;
+            let along = offset.dot(beam.direction);
+            let miss = offset - along * beam.direction;
+            let passes = beam.medium == self.medium
+                && (0.0..beam.length).contains(&along)
+                && miss.length_squared() < radius * radius
+                && self.depth + beam.depth + 1 < max_depth;
+            if passes {
+                let kernel = 1.0 / (PI * radius * radius);
+                let phase = self.phase(scene, beam.direction);
+                let arriving = product(beam.transmittance(scene, along), self.flux);
+                let scattered = product(arriving, phase).map(|x| kernel * x);
+                add(&mut radiance[beam.pixel], product(beam.weight, scattered));
+            }
+        }
+    }
+
+    fn phase(&self, scene: &dyn Scene, view_direction: DVec3) -> [f64; 3] {
+        let g = match scene.description().media[self.medium as usize].phase {
+            Phase::Isotropic => 0.0,
+            Phase::HenyeyGreenstein { g } => f64::from(g),
+            Phase::Opaque => return self.asked_phase(scene, view_direction),
+        };
+        // Light leaves against the view ray.
+        let cosine = -self.direction.dot(view_direction);
+        [(1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5)); 3]
+    }
+
+    fn asked_phase(&self, scene: &dyn Scene, view_direction: DVec3) -> [f64; 3] {
+        let pairs = PhasePairs {
+            medium: vec![self.medium],
+            position: one(self.position),
+            photon_direction: one(self.direction),
+            view_direction: one(view_direction),
+        };
+        let mut value = Planes::default();
+        scene.eval_phase(&pairs, &mut value).expect("the phase function is known");
+        array(value.get(0))
+    }
+
+    // [Collin 2013 (5)], without the cosine, which the density of photons already holds.
+    fn light_points(
+        &self,
+        scene: &dyn Scene,
+        view: &View,
+        radius: f64,
+        max_depth: u32,
+        radiance: &mut [[f64; 3]],
+    ) {
+        for (index, point) in view.points.iter().enumerate() {
+            let reaches = (self.position - point.position).length_squared() < radius * radius
+                && self.normal.dot(point.normal) > 0.0
+                // A BSDF is zero below the horizon of its own point.
+                && self.direction.dot(point.normal) < 0.0
+                && self.depth + point.depth + 1 < max_depth;
+            if reaches {
+                let reflectance = point.reflectance.map(|rho| rho.map(|x| x / PI));
+                let bsdf = reflectance.unwrap_or_else(|| self.asked_bsdf(scene, index));
+                let area = PI * radius * radius;
+                let reflected = product(bsdf, self.flux).map(|x| x / area);
+                add(&mut radiance[point.pixel], product(point.weight, reflected));
+            }
+        }
+    }
+
+    fn asked_bsdf(&self, scene: &dyn Scene, point: usize) -> [f64; 3] {
+        let pairs =
+            SurfacePairs { point: vec![point as u32], photon_direction: one(self.direction) };
+        let mut value = Planes::default();
+        scene.eval_bsdf(&pairs, &mut value).expect("the BSDF is known");
+        array(value.get(0))
+    }
+}
+
+fn one(v: DVec3) -> Planes {
+    Planes::push_all(std::iter::once(v.as_vec3()))
+}
+
+fn array(v: Vec3) -> [f64; 3] {
+    v.as_dvec3().to_array()
+}
+
+fn product(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] * b[c])
+}
+
+fn add(sum: &mut [f64; 3], term: [f64; 3]) {
+    for c in 0..3 {
+        sum[c] += term[c];
+    }
+}
+
+fn add_all(sums: &mut [[f64; 3]], terms: &[[f64; 3]]) {
+    for (sum, term) in sums.iter_mut().zip(terms) {
+        add(sum, *term);
+    }
+}

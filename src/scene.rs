@@ -58,7 +58,9 @@ pub enum Extinction {
 pub enum Phase {
     Isotropic,
     /// Henyey-Greenstein; `g` is the mean cosine between the directions of travel.
-    HenyeyGreenstein { g: f32 },
+    HenyeyGreenstein {
+        g: f32,
+    },
     /// Ask [`Scene::eval_phase`].
     Opaque,
 }
@@ -274,7 +276,9 @@ impl PhotonVertices {
             lane.resize(lanes, 0);
         }
         self.length.resize(lanes, 0.0);
-        for planes in [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux] {
+        for planes in
+            [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux]
+        {
             planes.resize(lanes);
         }
     }

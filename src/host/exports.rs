@@ -2,9 +2,7 @@
 
 use super::abi::*;
 use super::scene::HostScene;
-use crate::method::{
-    self, Method, Observer, Outcome, ParameterError, Parameters, Progress, Stats,
-};
+use crate::method::{self, Method, Observer, Outcome, ParameterError, Parameters, Progress, Stats};
 use crate::scene::{PathLimits, Scene, UNBOUNDED_DEPTH};
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::ops::ControlFlow;

@@ -81,14 +81,7 @@ impl Session {
         call(|error, size| {
             // SAFETY: all strings and arrays outlive the call.
             unsafe {
-                vpt_scene_load(
-                    variant.as_ptr(),
-                    path.as_ptr(),
-                    &arguments,
-                    &mut scene,
-                    error,
-                    size,
-                )
+                vpt_scene_load(variant.as_ptr(), path.as_ptr(), &arguments, &mut scene, error, size)
             }
         })?;
         LoadedScene::new(self, scene)

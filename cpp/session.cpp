@@ -1,6 +1,7 @@
 // Mitsuba embedded in a program that is not Python: start a variant, load a scene with the `vpt`
 // integrator put into it, render a sensor, write the picture. C functions for src/host/session.rs.
 
+#include "bare_walk.h"
 #include "integrator.h"
 #include "register.h"
 
@@ -258,6 +259,17 @@ void write(Object *root, uint32_t sensor, const fs::path &path) {
         film->bitmap()->write(path);
 }
 
+// Gives the engine's callbacks for a scene, to be used until the returned owner is released.
+template <typename Float, typename Spectrum>
+std::shared_ptr<void> lend(Object *root, uint32_t sensor, VptHost *out) {
+    auto *scene = as_scene<Float, Spectrum>(root);
+    auto *lent_sensor = scene->sensors()[sensor].get();
+    lent_sensor->film()->prepare({});
+    auto host = std::make_shared<vpt::Host<Float, Spectrum>>(scene, lent_sensor);
+    *out = host->table();
+    return host;
+}
+
 // Linear RGB in f32 for formats that want a transfer curve.
 template <typename Float, typename Spectrum>
 void read_rgb(Object *root, uint32_t sensor, float *out) {
@@ -345,6 +357,29 @@ int32_t vpt_scene_read_rgb(void *scene_, uint32_t sensor, float *out, char *erro
     return guarded(error, size, [&] {
         auto *scene = static_cast<LoadedScene *>(scene_);
         MI_INVOKE_VARIANT(scene->variant, read_rgb, scene->root.get(), sensor, out);
+    });
+}
+
+int32_t vpt_scene_lend(void *scene_, uint32_t sensor, VptHost *out, void **owner, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        auto lent = MI_INVOKE_VARIANT(scene->variant, lend, scene->root.get(), sensor, out);
+        *owner = new std::shared_ptr<void>(lent);
+    });
+}
+
+void vpt_scene_give_back(void *owner) { delete static_cast<std::shared_ptr<void> *>(owner); }
+
+int32_t vpt_scene_bare_walks(void *scene_, uint32_t sensor, uint64_t walks, uint32_t max_depth, uint32_t rr_depth,
+                             uint64_t *vertices, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *loaded = static_cast<LoadedScene *>(scene_);
+        using Rgb = Color<float, 3>;
+        auto *scene = as_scene<float, Rgb>(loaded->root.get());
+        if (!scene)
+            Throw("bare walks need the variant scalar_rgb, but the scene was loaded in \"%s\"", loaded->variant);
+        vpt::SceneTables<float, Rgb> tables(scene, scene->sensors()[sensor].get());
+        *vertices = vpt::bare_walks(scene, tables, walks, max_depth, rr_depth);
     });
 }
 

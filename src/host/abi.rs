@@ -132,7 +132,7 @@ pub struct VptPhotonVertices {
 
 /// A renderer that owns a scene. `walk` pointers are the renderer's own.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct VptHost {
     /// Must be `VPT_ABI_VERSION`.
     pub abi_version: u32,

@@ -5,6 +5,7 @@ use glam::Vec3;
 use std::ffi::{c_char, c_void, CStr};
 
 /// A [`Scene`] that a renderer lends through the C ABI.
+#[derive(Debug)]
 pub struct HostScene {
     host: VptHost,
     description: SceneDescription,

@@ -4,6 +4,8 @@
 #include "host.h"
 #include "observer.h"
 
+#include <nanothread/nanothread.h>
+
 NAMESPACE_BEGIN(mitsuba)
 
 template <typename Float, typename Spectrum>
@@ -53,6 +55,7 @@ public:
         VptParameters parameters = bound_parameters();
         parameters.passes = sampler->sample_count();
         parameters.seed = vpt::plain(seed);
+        parameters.threads = (uint32_t) pool_size() + 1;
 
         VptDescription description = host.describe();
         std::vector<double> storage((size_t) description.film_pixels * description.film_channels);

@@ -84,8 +84,8 @@ private:
             walk.index = (uint32_t) e;
         auto [medium, shines] = m_tables.emitter_medium(emitter, true);
         walk.medium = medium;
-        walk.active = shines && dr::all(dr::isfinite(walk.flux)) && walk.emitted > 0.f &&
-                      m_limits.max_depth >= 2;
+        // A flux that is not a number takes its one step, so that the engine sees and counts it.
+        walk.active = shines && !(walk.emitted <= 0.f) && m_limits.max_depth >= 2;
     }
 
     void step(Walk &w, const Numbers &u, const VptPhotonVertices &out, Writer<Float> &writer, size_t e) const {
@@ -112,7 +112,6 @@ private:
         UInt32 event = dr::select(collided, UInt32(VPT_PHOTON_MEDIUM),
                                   dr::select(receives, UInt32(VPT_PHOTON_SURFACE), UInt32(VPT_PHOTON_NONE)));
         writer.put(out.walk, e, index);
-        writer.put(out.event, e, event);
         writer.put(out.medium, e, medium);
         writer.put(out.depth, e, depth);
         writer.put3(out.position, e, position);
@@ -126,7 +125,9 @@ private:
             scatter_medium(w, flight.mei, u, collided, scattered, alive);
         if (dr::any_or<true>(surface))
             scatter_surface(w, si, bsdf, u, surface, direction, scattered, alive);
-        finish(w, u, scattered, alive);
+        Mask invalid = alive && !dr::all(dr::isfinite(w.flux));
+        writer.put(out.event, e, event | dr::select(invalid, UInt32(VPT_PHOTON_INVALID), UInt32(0)));
+        finish(w, u, scattered, alive && !invalid);
     }
 
     // Delta tracking to the next real collision or to the surface. Beyond the first, the numbers of
@@ -231,8 +232,7 @@ private:
     void finish(Walk &w, const Numbers &u, const Mask &scattered, const Mask &alive) const {
         dr::masked(w.depth, scattered) += 1u;
         Float flux = dr::max(w.flux);
-        w.active = alive && dr::all(dr::isfinite(w.flux)) && flux > 0.f &&
-                   w.depth < m_limits.max_depth - 1u;
+        w.active = alive && flux > 0.f && w.depth < m_limits.max_depth - 1u;
         Float q = dr::minimum(flux / w.emitted, .95f);
         Mask roulette = w.active && w.depth > m_limits.rr_depth;
         w.active &= !roulette || u.roulette < q;

@@ -1,6 +1,7 @@
 // Mitsuba embedded in a program that is not Python: start a variant, load a scene with the `vpt`
 // integrator put into it, render a sensor, write the picture. C functions for src/host/session.rs.
 
+#include "bare_walk.h"
 #include "integrator.h"
 #include "register.h"
 
@@ -43,6 +44,20 @@ const Parameter PARAMETERS[] = {
     { "radius_schedule", Kind::Text, false },  { "max_depth", Kind::Integer, true },
     { "rr_depth", Kind::Integer, true },       { "hide_emitters", Kind::Boolean, true },
     { "timeout", Kind::Number, true },
+};
+
+// Threads asked for; 0 for all.
+uint32_t render_threads = 0;
+
+// Mitsuba's pool has the size asked for while it renders, and its full size otherwise: with no worker,
+// OpenEXR's reader waits for ever (stock `mitsuba -t 1` does so on a scene with an EXR texture).
+struct ScopedThreads {
+    ScopedThreads() : workers(pool_size()) {
+        if (render_threads > 0)
+            pool_set_size(nullptr, render_threads - 1);
+    }
+    ~ScopedThreads() { pool_set_size(nullptr, workers); }
+    uint32_t workers;
 };
 
 struct LoadedScene {
@@ -244,6 +259,17 @@ void write(Object *root, uint32_t sensor, const fs::path &path) {
         film->bitmap()->write(path);
 }
 
+// Gives the engine's callbacks for a scene, to be used until the returned owner is released.
+template <typename Float, typename Spectrum>
+std::shared_ptr<void> lend(Object *root, uint32_t sensor, VptHost *out) {
+    auto *scene = as_scene<Float, Spectrum>(root);
+    auto *lent_sensor = scene->sensors()[sensor].get();
+    lent_sensor->film()->prepare({});
+    auto host = std::make_shared<vpt::Host<Float, Spectrum>>(scene, lent_sensor);
+    *out = host->table();
+    return host;
+}
+
 // Linear RGB in f32 for formats that want a transfer curve.
 template <typename Float, typename Spectrum>
 void read_rgb(Object *root, uint32_t sensor, float *out) {
@@ -265,8 +291,7 @@ int32_t vpt_session_start(const char *variant_, uint32_t threads, uint32_t verbo
         mitsuba::LogLevel levels[] = { mitsuba::LogLevel::Error, Info, Debug, Trace };
         logger()->set_log_level(levels[std::min(verbosity, 3u)]);
         jit_set_log_level_stderr(verbosity > 1 ? ::LogLevel::Warn : ::LogLevel::Error);
-        if (threads > 0)
-            pool_set_size(nullptr, threads - 1);
+        render_threads = threads;
         start_backend(variant);
         Profiler::static_initialization();
         color_management_static_initialization(string::starts_with(variant, "cuda_"),
@@ -316,6 +341,7 @@ int32_t vpt_scene_render(void *scene_, uint32_t sensor, uint32_t seed, uint32_t 
             explicit Embedding(const VptObserver *observer) { vpt::embedding_observer() = observer; }
             ~Embedding() { vpt::embedding_observer() = nullptr; }
         } embedding(observer);
+        ScopedThreads threads;
         MI_INVOKE_VARIANT(scene->variant, render, scene->root.get(), sensor, seed, passes);
     });
 }
@@ -331,6 +357,29 @@ int32_t vpt_scene_read_rgb(void *scene_, uint32_t sensor, float *out, char *erro
     return guarded(error, size, [&] {
         auto *scene = static_cast<LoadedScene *>(scene_);
         MI_INVOKE_VARIANT(scene->variant, read_rgb, scene->root.get(), sensor, out);
+    });
+}
+
+int32_t vpt_scene_lend(void *scene_, uint32_t sensor, VptHost *out, void **owner, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        auto lent = MI_INVOKE_VARIANT(scene->variant, lend, scene->root.get(), sensor, out);
+        *owner = new std::shared_ptr<void>(lent);
+    });
+}
+
+void vpt_scene_give_back(void *owner) { delete static_cast<std::shared_ptr<void> *>(owner); }
+
+int32_t vpt_scene_bare_walks(void *scene_, uint32_t sensor, uint64_t walks, uint32_t max_depth, uint32_t rr_depth,
+                             uint64_t *vertices, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *loaded = static_cast<LoadedScene *>(scene_);
+        using Rgb = Color<float, 3>;
+        auto *scene = as_scene<float, Rgb>(loaded->root.get());
+        if (!scene)
+            Throw("bare walks need the variant scalar_rgb, but the scene was loaded in \"%s\"", loaded->variant);
+        vpt::SceneTables<float, Rgb> tables(scene, scene->sensors()[sensor].get());
+        *vertices = vpt::bare_walks(scene, tables, walks, max_depth, rr_depth);
     });
 }
 

@@ -43,6 +43,9 @@ typedef struct VptStats VptStats;
 
 #define VPT_PHOTON_SURFACE 2
 
+// Added to an event after which the walk ended because its flux was no longer finite.
+#define VPT_PHOTON_INVALID 4
+
 // The integrator's parameters; names and meanings are those of `method::Parameters`.
 typedef struct VptParameters {
   const char *method;
@@ -60,6 +63,8 @@ typedef struct VptParameters {
   uint64_t seed;
   // Seconds; not positive for none.
   double timeout;
+  // Threads of the engine; 0 for one per core.
+  uint32_t threads;
 } VptParameters;
 
 // One medium of the scene.

@@ -58,7 +58,9 @@ pub enum Extinction {
 pub enum Phase {
     Isotropic,
     /// Henyey-Greenstein; `g` is the mean cosine between the directions of travel.
-    HenyeyGreenstein { g: f32 },
+    HenyeyGreenstein {
+        g: f32,
+    },
     /// Ask [`Scene::eval_phase`].
     Opaque,
 }
@@ -243,6 +245,8 @@ pub mod photon_event {
     pub const MEDIUM: u32 = 1;
     /// A surface with a smooth lobe.
     pub const SURFACE: u32 = 2;
+    /// Added to an event after which the walk ended because its flux was no longer finite.
+    pub const INVALID: u32 = 4;
 }
 
 /// One segment per photon walk, and the event at its end. Filled by [`PhotonWalk::step`].
@@ -272,7 +276,9 @@ impl PhotonVertices {
             lane.resize(lanes, 0);
         }
         self.length.resize(lanes, 0.0);
-        for planes in [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux] {
+        for planes in
+            [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux]
+        {
             planes.resize(lanes);
         }
     }

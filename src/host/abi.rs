@@ -30,6 +30,8 @@ pub const VPT_VIEW_SCATTERED: u32 = 32;
 pub const VPT_PHOTON_NONE: u32 = 0;
 pub const VPT_PHOTON_MEDIUM: u32 = 1;
 pub const VPT_PHOTON_SURFACE: u32 = 2;
+/// Added to an event after which the walk ended because its flux was no longer finite.
+pub const VPT_PHOTON_INVALID: u32 = 4;
 
 /// One medium of the scene.
 #[repr(C)]
@@ -130,7 +132,7 @@ pub struct VptPhotonVertices {
 
 /// A renderer that owns a scene. `walk` pointers are the renderer's own.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct VptHost {
     /// Must be `VPT_ABI_VERSION`.
     pub abi_version: u32,
@@ -229,6 +231,8 @@ pub struct VptParameters {
     pub seed: u64,
     /// Seconds; not positive for none.
     pub timeout: f64,
+    /// Threads of the engine; 0 for one per core.
+    pub threads: u32,
 }
 
 /// The state of a render between two passes.

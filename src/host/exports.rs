@@ -2,8 +2,8 @@
 
 use super::abi::*;
 use super::scene::HostScene;
-use crate::method::{self, Method, Observer, ParameterError, Parameters, Progress, Stats};
-use crate::scene::{PathLimits, UNBOUNDED_DEPTH};
+use crate::method::{self, Method, Observer, Outcome, ParameterError, Parameters, Progress, Stats};
+use crate::scene::{PathLimits, Scene, UNBOUNDED_DEPTH};
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
@@ -27,6 +27,7 @@ pub extern "C" fn vpt_default_parameters() -> VptParameters {
         hide_emitters: 0,
         seed: p.seed,
         timeout: 0.0,
+        threads: 0,
     }
 }
 
@@ -66,8 +67,9 @@ pub unsafe extern "C" fn vpt_render(
 ) -> i32 {
     fenced(error, error_size, || {
         // SAFETY: the caller vouches for every pointer.
-        let (parameters, scene, storage) = unsafe {
+        let (threads, parameters, scene, storage) = unsafe {
             (
+                (*parameters).threads as usize,
                 read_parameters(&*parameters)?,
                 HostScene::new(*host)?,
                 std::slice::from_raw_parts_mut(storage, storage_size),
@@ -75,7 +77,7 @@ pub unsafe extern "C" fn vpt_render(
         };
         // SAFETY: as above; the observer outlives the call.
         let mut watch = Watch(unsafe { &*observer });
-        let outcome = method::render(&scene, &parameters, &mut watch)?;
+        let outcome = on_threads(threads, &scene, &parameters, &mut watch)?;
         if outcome.film.values.len() != storage.len() {
             return Err(format!(
                 "the film's storage holds {} values, but {} were expected",
@@ -93,6 +95,38 @@ pub unsafe extern "C" fn vpt_render(
 }
 
 type AnyError = Box<dyn std::error::Error>;
+
+/// Renders with as many threads as the renderer was given. A renderer that is driven by one thread
+/// (Dr.Jit keeps state per thread) is driven by the caller's.
+fn on_threads(
+    threads: usize,
+    scene: &HostScene,
+    parameters: &Parameters,
+    watch: &mut Watch,
+) -> Result<Outcome, AnyError> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    if scene.batching().concurrent {
+        let pool = builder.build()?;
+        let watch = Lent(watch);
+        Ok(pool.install(move || method::render(scene, parameters, watch.into_inner()))?)
+    } else {
+        // The first render of a process decides; a later request finds the pool built.
+        let _: Result<(), rayon::ThreadPoolBuildError> = builder.build_global();
+        Ok(method::render(scene, parameters, watch)?)
+    }
+}
+
+/// Hands the caller's observer to the one pool thread that runs the render.
+struct Lent<'a, 'b>(&'a mut Watch<'b>);
+
+// SAFETY: the caller is blocked while the observer is away, so one thread at a time uses it.
+unsafe impl Send for Lent<'_, '_> {}
+
+impl<'a, 'b> Lent<'a, 'b> {
+    fn into_inner(self) -> &'a mut Watch<'b> {
+        self.0
+    }
+}
 
 /// Runs `body`, turning an error or a panic into a status and a sentence.
 fn fenced(error: *mut c_char, size: usize, body: impl FnOnce() -> Result<(), AnyError>) -> i32 {

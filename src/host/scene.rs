@@ -5,6 +5,7 @@ use glam::Vec3;
 use std::ffi::{c_char, c_void, CStr};
 
 /// A [`Scene`] that a renderer lends through the C ABI.
+#[derive(Debug)]
 pub struct HostScene {
     host: VptHost,
     description: SceneDescription,
@@ -157,9 +158,8 @@ impl ViewWalk for HostViewWalk<'_> {
         };
         let host = &self.scene.host;
         // SAFETY: all arrays were just sized for `lanes`; the walk is alive until drop.
-        self.scene.check(unsafe {
-            (host.view_step)(host.context, self.walk, numbers.as_ptr(), &raw)
-        })
+        self.scene
+            .check(unsafe { (host.view_step)(host.context, self.walk, numbers.as_ptr(), &raw) })
     }
 }
 
@@ -343,7 +343,8 @@ impl Scene for HostScene {
     fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
         let count = samples.alpha.len();
         assert!(samples.position.len() == 2 * count && samples.radiance.lanes() == count);
-        let values = self.description.film_pixels as usize * self.description.film_channels as usize;
+        let values =
+            self.description.film_pixels as usize * self.description.film_channels as usize;
         assert_eq!(storage.len(), values);
         // SAFETY: all arrays hold `count` lanes, the storage the whole film.
         self.check(unsafe {

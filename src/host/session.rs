@@ -1,10 +1,13 @@
 //! Mitsuba embedded in this process, without Python: one variant, any scene, the `vpt` integrator put
 //! into it.
 
-use super::abi::{VptObserver, VptProgress, VptStats};
+use super::abi::{VptHost, VptObserver, VptProgress, VptStats};
+use super::HostScene;
 use crate::density::radius::Radii;
 use crate::method::{Observer, Progress, RenderError, Stats};
+use crate::scene::PathLimits;
 use std::ffi::{c_char, c_void, CStr, CString};
+use std::marker::PhantomData;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -48,12 +51,6 @@ impl Session {
                 VARIANTS.join(", ")
             )));
         }
-        if let Some(threads) = threads {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build_global()
-                .map_err(|error| HostError(format!("cannot use {threads} threads: {error}")))?;
-        }
         let name = c_string(&variant)?;
         let threads = u32::try_from(threads.unwrap_or(0)).unwrap_or(u32::MAX);
         call(|error, size| {
@@ -87,14 +84,7 @@ impl Session {
         call(|error, size| {
             // SAFETY: all strings and arrays outlive the call.
             unsafe {
-                vpt_scene_load(
-                    variant.as_ptr(),
-                    path.as_ptr(),
-                    &arguments,
-                    &mut scene,
-                    error,
-                    size,
-                )
+                vpt_scene_load(variant.as_ptr(), path.as_ptr(), &arguments, &mut scene, error, size)
             }
         })?;
         LoadedScene::new(self, scene)
@@ -201,6 +191,45 @@ impl<'a> LoadedScene<'a> {
             .map_err(|error| HostError(format!("cannot write \"{}\": {error}", path.display())))
     }
 
+    /// The scene as the engine sees it, for callers that bring their own loop.
+    pub fn lend(&self, sensor: usize) -> HostResult<LentScene<'_>> {
+        let sensor = self.checked(sensor);
+        let mut host = std::mem::MaybeUninit::uninit();
+        let mut owner = std::ptr::null_mut();
+        // SAFETY: the scene is alive; both out pointers are valid.
+        call(|error, size| unsafe {
+            vpt_scene_lend(self.scene, sensor, host.as_mut_ptr(), &mut owner, error, size)
+        })?;
+        // SAFETY: the call filled `host`, whose callbacks work until `owner` is given back.
+        let scene = unsafe { HostScene::new(host.assume_init()) };
+        Ok(LentScene {
+            scene: scene.map_err(|error| HostError(error.to_string()))?,
+            owner,
+            _loaded: PhantomData,
+        })
+    }
+
+    /// Walks photons in a plain C++ loop of Mitsuba calls and returns the number of path vertices: the
+    /// yardstick for walks through the seam. `scalar_rgb` only.
+    pub fn bare_walks(&self, sensor: usize, walks: u64, limits: PathLimits) -> HostResult<u64> {
+        let sensor = self.checked(sensor);
+        let mut vertices = 0;
+        // SAFETY: the scene is alive and the out pointer valid.
+        call(|error, size| unsafe {
+            vpt_scene_bare_walks(
+                self.scene,
+                sensor,
+                walks,
+                limits.max_depth,
+                limits.rr_depth,
+                &mut vertices,
+                error,
+                size,
+            )
+        })?;
+        Ok(vertices)
+    }
+
     fn checked(&self, sensor: usize) -> u32 {
         assert!(sensor < self.sensor_count(), "sensor {sensor} of {}", self.sensors);
         sensor as u32
@@ -211,6 +240,27 @@ impl Drop for LoadedScene<'_> {
     fn drop(&mut self) {
         // SAFETY: the scene came from `vpt_scene_load` and is freed once.
         unsafe { vpt_scene_free(self.scene) }
+    }
+}
+
+/// Mitsuba's scene behind the engine's own seam.
+#[derive(Debug)]
+pub struct LentScene<'a> {
+    scene: HostScene,
+    owner: *mut c_void,
+    _loaded: PhantomData<&'a ()>,
+}
+
+impl LentScene<'_> {
+    pub fn scene(&self) -> &HostScene {
+        &self.scene
+    }
+}
+
+impl Drop for LentScene<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the owner came from `vpt_scene_lend` and is given back once.
+        unsafe { vpt_scene_give_back(self.owner) }
     }
 }
 
@@ -308,6 +358,25 @@ extern "C" {
         size: usize,
     ) -> i32;
     fn vpt_scene_free(scene: *mut c_void);
+    fn vpt_scene_lend(
+        scene: *mut c_void,
+        sensor: u32,
+        host: *mut VptHost,
+        owner: *mut *mut c_void,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
+    fn vpt_scene_give_back(owner: *mut c_void);
+    fn vpt_scene_bare_walks(
+        scene: *mut c_void,
+        sensor: u32,
+        walks: u64,
+        max_depth: u32,
+        rr_depth: u32,
+        vertices: *mut u64,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
     fn vpt_scene_notes(scene: *mut c_void) -> *const c_char;
     fn vpt_scene_facts(
         scene: *mut c_void,

@@ -46,4 +46,53 @@ impl Aabb {
         }
         (t0 < t1).then_some((t0, t1))
     }
+
+    /// The smallest box that holds both.
+    pub fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// What both boxes share; empty where they do not meet.
+    pub fn intersection(&self, other: &Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
+    /// Side lengths; negative on an axis where the box is empty.
+    pub fn extent(&self) -> Vec3 {
+        self.max - self.min
+    }
+
+    /// Half-open membership, `min <= p < max` on every axis, so that boxes which tile space hold each point once.
+    #[inline]
+    pub fn owns(&self, p: Vec3) -> bool {
+        p.cmpge(self.min).all() && p.cmplt(self.max).all()
+    }
+
+    /// Whether `p` is at most `reach` from the closed box on every single axis (Chebyshev distance).
+    #[inline]
+    pub fn is_within_reach(&self, p: Vec3, reach: f32) -> bool {
+        let gap = (self.min - p).max(p - self.max);
+        gap.max_element() <= reach
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ownership_is_half_open() {
+        let cell = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        assert!(cell.owns(Vec3::ZERO));
+        assert!(!cell.owns(Vec3::new(0.5, 0.5, 1.0)));
+        assert!(Aabb::UNBOUNDED.owns(Vec3::splat(-1e30)));
+    }
+
+    #[test]
+    fn reach_is_closed_and_per_axis() {
+        let cell = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+        assert!(cell.is_within_reach(Vec3::new(1.5, -0.5, 0.5), 0.5));
+        assert!(!cell.is_within_reach(Vec3::new(1.75, 0.5, 0.5), 0.5));
+        assert!(!Aabb::EMPTY.is_within_reach(Vec3::ZERO, f32::MAX));
+    }
 }

@@ -65,11 +65,7 @@ impl Default for Parameters {
             surface_radius: 0.0,
             medium_radius: 0.0,
             radius_schedule: Schedule::Matched,
-            limits: PathLimits {
-                max_depth: UNBOUNDED_DEPTH,
-                rr_depth: 5,
-                hide_emitters: false,
-            },
+            limits: PathLimits { max_depth: UNBOUNDED_DEPTH, rr_depth: 5, hide_emitters: false },
             seed: 0,
             timeout: None,
         }

@@ -166,7 +166,12 @@ struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    fn new(scene: &'a dyn Scene, receivers: &'a Receivers, radii: Radii, limits: PathLimits) -> Self {
+    fn new(
+        scene: &'a dyn Scene,
+        receivers: &'a Receivers,
+        radii: Radii,
+        limits: PathLimits,
+    ) -> Self {
         let gather = Gather { receivers, media: &scene.description().media, radii, limits };
         Batch { scene, receivers, gather, limits }
     }
@@ -193,8 +198,10 @@ impl<'a> Batch<'a> {
         counters: &mut Counters,
     ) -> SceneResult<()> {
         let lanes = vertices.event.len();
-        let tasks: Vec<_> =
-            (0..lanes).step_by(VERTICES_PER_TASK).map(|a| a..lanes.min(a + VERTICES_PER_TASK)).collect();
+        let tasks: Vec<_> = (0..lanes)
+            .step_by(VERTICES_PER_TASK)
+            .map(|a| a..lanes.min(a + VERTICES_PER_TASK))
+            .collect();
         for group in tasks.chunks(TASKS_PER_HANDOVER) {
             let gathered: Vec<Gathered> =
                 group.par_iter().map(|range| self.gather.run(vertices, range.clone())).collect();
@@ -233,12 +240,16 @@ impl Gather<'_> {
             counters: Counters::default(),
         };
         for lane in range {
-            if v.event[lane] == photon_event::NONE {
+            if v.event[lane] & photon_event::INVALID != 0 {
+                out.counters.dropped_photons += 1;
+            }
+            let event = v.event[lane] & !photon_event::INVALID;
+            if event == photon_event::NONE {
                 continue;
             }
             if !v.flux.rgb(lane).is_finite() || !v.position.get(lane).is_finite() {
                 out.counters.dropped_photons += 1;
-            } else if v.event[lane] == photon_event::MEDIUM {
+            } else if event == photon_event::MEDIUM {
                 self.medium(v, lane, &mut out);
             } else {
                 self.surface(v, lane, &mut out);
@@ -301,7 +312,11 @@ impl Gather<'_> {
             match point.lobe {
                 Lobe::Lambertian(_) if direction.dot(point.normal) >= 0.0 => {}
                 Lobe::Lambertian(reflectance) => {
-                    out.keep(point.pixel, weighted * reflectance * std::f32::consts::FRAC_1_PI, false);
+                    out.keep(
+                        point.pixel,
+                        weighted * reflectance * std::f32::consts::FRAC_1_PI,
+                        false,
+                    );
                 }
                 Lobe::Stored(stored) => out.asked.bsdf(stored, direction, point.pixel, weighted),
             }
@@ -315,7 +330,13 @@ impl Gathered {
     }
 }
 
-fn keep(deposits: &mut Deposits, counters: &mut Counters, pixel: u32, radiance: Rgb, in_medium: bool) {
+fn keep(
+    deposits: &mut Deposits,
+    counters: &mut Counters,
+    pixel: u32,
+    radiance: Rgb,
+    in_medium: bool,
+) {
     if !radiance.is_finite() {
         counters.dropped_deposits += 1;
         return;
@@ -352,7 +373,15 @@ struct AskedBsdf {
 }
 
 impl Asked {
-    fn phase(&mut self, medium: u32, position: Vec3, photon: Vec3, view: Vec3, pixel: u32, weighted: Rgb) {
+    fn phase(
+        &mut self,
+        medium: u32,
+        position: Vec3,
+        photon: Vec3,
+        view: Vec3,
+        pixel: u32,
+        weighted: Rgb,
+    ) {
         self.phases.push(AskedPhase { medium, position, photon, view, pixel, weighted });
     }
 

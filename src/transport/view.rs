@@ -83,7 +83,12 @@ struct StoredPoint {
 }
 
 /// Traces one ray path per pixel, jittered within it, and tells the scene which points to keep.
-pub fn trace(scene: &dyn Scene, limits: PathLimits, seed: u64, jitter: u64) -> SceneResult<ViewPaths> {
+pub fn trace(
+    scene: &dyn Scene,
+    limits: PathLimits,
+    seed: u64,
+    jitter: u64,
+) -> SceneResult<ViewPaths> {
     let [width, height] = scene.description().film_size;
     let pixels = width as usize * height as usize;
     let Batching { lanes, concurrent } = scene.batching();
@@ -174,7 +179,13 @@ struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    fn new(scene: &'a dyn Scene, limits: PathLimits, first: usize, lanes: usize, rng: Pcg64Mcg) -> Self {
+    fn new(
+        scene: &'a dyn Scene,
+        limits: PathLimits,
+        first: usize,
+        lanes: usize,
+        rng: Pcg64Mcg,
+    ) -> Self {
         let path = Path { throughput: Rgb::ONE, depth: 0, clear: 1.0, distance: 0.0, alive: true };
         let out = ViewPaths {
             emission: vec![Rgb::ZERO; lanes],
@@ -218,8 +229,10 @@ impl<'a> Tracer<'a> {
         for lane in 0..lanes {
             let pixel = self.first + lane;
             let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
-            let position =
-                [x + offset[0] as f32 + self.rng.random::<f32>(), y + offset[1] as f32 + self.rng.random::<f32>()];
+            let position = [
+                x + offset[0] as f32 + self.rng.random::<f32>(),
+                y + offset[1] as f32 + self.rng.random::<f32>(),
+            ];
             film[lane] = position[0];
             film[lanes + lane] = position[1];
             self.out.film.push(position);
@@ -271,7 +284,9 @@ impl<'a> Tracer<'a> {
         let description = self.scene.description();
         let segment_length = match description.media[medium as usize].extinction {
             Extinction::Constant(sigma_t) if sigma_t.max_component() <= 0.0 => return Rgb::ONE,
-            Extinction::Constant(sigma_t) => length.min(visible_length(sigma_t, &description.bounds)),
+            Extinction::Constant(sigma_t) => {
+                length.min(visible_length(sigma_t, &description.bounds))
+            }
             Extinction::Varying { .. } if table == NO_TABLE => return Rgb::ONE,
             Extinction::Varying { .. } => {
                 length.min(FAR_DIAGONALS * description.bounds.diagonal().max(f32::MIN_POSITIVE))
@@ -366,7 +381,8 @@ impl<'a> Tracer<'a> {
             if !self.paths[lane].alive || v.medium[lane] == VACUUM {
                 continue;
             }
-            if let Extinction::Varying { feature_size } = media[v.medium[lane] as usize].extinction {
+            if let Extinction::Varying { feature_size } = media[v.medium[lane] as usize].extinction
+            {
                 let bounds = media[v.medium[lane] as usize].bounds;
                 plans.extend(TablePlan::new(lane, feature_size, &bounds, v));
             }

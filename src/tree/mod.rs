@@ -1,24 +1,14 @@
-use crate::math::Segment;
-use glam::Vec3;
-pub struct ViewBeamTree(Vec<Segment>);
-impl ViewBeamTree {
-    pub fn build(s: &[Segment]) -> Self { Self(s.to_vec()) }
-    pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {
-        for (i, s) in self.0.iter().enumerate() {
-            let t = (p - s.origin).dot(s.direction);
-            if t < 0.0 || t >= s.length { continue; }
-            let d2 = (p - s.origin - s.direction * t).length_squared();
-            if d2 < radius * radius { visit(i as u32, t, d2) }
-        }
-    }
-}
-pub struct ViewPointTree(Vec<Vec3>);
-impl ViewPointTree {
-    pub fn build(s: &[Vec3]) -> Self { Self(s.to_vec()) }
-    pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) {
-        for (i, s) in self.0.iter().enumerate() {
-            let d2 = (p - *s).length_squared();
-            if d2 < radius * radius { visit(i as u32, d2) }
-        }
-    }
-}
+//! The two kd-trees over what the camera sees [Collin 2013 §5.1].
+//!
+//! Photons are shot and discarded; the trees stay. A photon that interacts in a medium asks [`ViewBeamTree`] for the
+//! view beams around it, one that lands on a surface asks [`ViewPointTree`] for the visible points. Neither tree
+//! knows a radius: it shrinks from pass to pass and is an argument of each query.
+
+pub mod view_beam;
+pub mod view_point;
+
+pub use view_beam::ViewBeamTree;
+pub use view_point::ViewPointTree;
+
+/// Most levels of planes in a tree; sizes the stack of a query.
+pub const MAX_DEPTH: usize = 64;

@@ -1,0 +1,26 @@
+# Everything here is also a plain command: copy it from the recipe.
+
+# What must pass before a change lands; installs what is missing on Debian and its kin
+check:
+    .ci/run
+
+# The tests
+test:
+    cargo test --release
+
+# Renew the files that tests compare with
+bless:
+    VPT_BLESS=1 cargo test --release --test abi_header
+
+# Compare with Mitsuba's own integrators, at length
+agreement:
+    cargo test --release --test agreement -- --ignored
+
+bench:
+    cargo bench
+
+fmt:
+    cargo fmt
+
+doc:
+    cargo doc --no-deps

@@ -1,0 +1,59 @@
+use glam::Vec3;
+
+use super::{bucket_start, ViewPointTree};
+use crate::tree::MAX_DEPTH;
+
+impl ViewPointTree {
+    /// Calls `visit(index, distance_squared)` once for every point closer to `p` than `radius` (scene units).
+    ///
+    /// Strictly closer, both squares as computed in single precision. The order of the calls is that of the buckets.
+    /// If `p` or `radius` is NaN, or `radius <= 0`, there are none.
+    #[inline]
+    pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) {
+        if radius.is_nan() || radius <= 0.0 {
+            return;
+        }
+        let radius_squared = radius * radius;
+        self.for_each_bucket(p, radius, |bucket| {
+            let start = bucket_start(self.points.len(), self.levels, bucket);
+            let end = bucket_start(self.points.len(), self.levels, bucket + 1);
+            for point in &self.points[start..end] {
+                let distance_squared = point.position.distance_squared(p);
+                if distance_squared < radius_squared {
+                    visit(point.index, distance_squared);
+                }
+            }
+        });
+    }
+
+    /// Calls `visit` for the buckets whose cells come closer to `p` than `radius` on every axis.
+    ///
+    /// No slack is owed to rounding: a point beyond a plane is no nearer than the plane, and subtraction, squaring and
+    /// summation of squares are monotone as computed.
+    #[inline]
+    fn for_each_bucket(&self, p: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
+        // Four coordinates, so that two bits of axis need no bounds check.
+        let p = [p.x, p.y, p.z, 0.0];
+        let mut postponed = [0_u32; MAX_DEPTH];
+        let mut waiting = 0;
+        let mut current = 0;
+        loop {
+            while let Some(plane) = self.planes.get(current) {
+                let offset = p[(plane.axis & 3) as usize] - plane.position;
+                let (left, right) = (2 * current + 1, 2 * current + 2);
+                let (near, far) = if offset < 0.0 { (left, right) } else { (right, left) };
+                if offset.abs() < radius {
+                    postponed[waiting] = far as u32;
+                    waiting += 1;
+                }
+                current = near;
+            }
+            visit(current - self.planes.len());
+            if waiting == 0 {
+                return;
+            }
+            waiting -= 1;
+            current = postponed[waiting] as usize;
+        }
+    }
+}

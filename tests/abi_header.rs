@@ -1,0 +1,64 @@
+//! The C header is what cbindgen makes of `src/host`, and C and C++ compilers accept it.
+
+use std::path::Path;
+use std::process::Command;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+const HEADER: &str = "include/vpt.h";
+
+#[test]
+fn header_is_up_to_date() {
+    let mut generated = Vec::new();
+    generate_header().write(&mut generated);
+    let generated = String::from_utf8(generated).unwrap();
+    let path = Path::new(ROOT).join(HEADER);
+    if std::env::var_os("VPT_BLESS").is_some_and(|value| value == "1") {
+        std::fs::write(&path, &generated).unwrap();
+        return;
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let line = |text: &str, index| text.lines().nth(index).unwrap_or("(end of file)").to_owned();
+    let differs = (0..generated.lines().count().max(committed.lines().count()))
+        .find(|&index| line(&generated, index) != line(&committed, index));
+    if let Some(index) = differs {
+        panic!(
+            "{HEADER} is not what src/host says, first in line {}:\n  committed: {}\n  src/host:  {}\n\
+             renew it with `VPT_BLESS=1 cargo test --release --test abi_header`",
+            index + 1,
+            line(&committed, index),
+            line(&generated, index),
+        );
+    }
+}
+
+#[test]
+fn c11_accepts_header() {
+    compile("CC", "cc", &["-std=c11", "-pedantic", "-x", "c"]);
+}
+
+#[test]
+fn cpp17_accepts_header() {
+    compile("CXX", "c++", &["-std=c++17", "-pedantic", "-x", "c++"]);
+}
+
+fn generate_header() -> cbindgen::Bindings {
+    let config = cbindgen::Config::from_file(Path::new(ROOT).join("cbindgen.toml")).unwrap();
+    cbindgen::Builder::new()
+        .with_config(config)
+        // Follows the modules that this file declares.
+        .with_src(Path::new(ROOT).join("src/host/mod.rs"))
+        .generate()
+        .expect("cbindgen reads src/host")
+}
+
+fn compile(variable: &str, default: &str, flags: &[&str]) {
+    let compiler = std::env::var(variable).unwrap_or_else(|_| default.to_owned());
+    let output = Command::new(&compiler)
+        .args(flags)
+        .args(["-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-Iinclude", "tests/abi/header.c"])
+        .current_dir(ROOT)
+        .output()
+        .unwrap_or_else(|e| panic!("`{compiler}` cannot be run: {e}"));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "`{compiler}` refuses {HEADER}:\n{said}");
+}

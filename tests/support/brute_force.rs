@@ -75,99 +75,55 @@ pub fn render(scene: &dyn Scene, parameters: &Parameters) -> FilmSums {
     film
 }
 
+/// A view ray on its way.
+#[derive(Clone, Copy)]
+struct Path {
+    /// Weight of radiance at its end on the pixel.
+    weight: [f64; 3],
+    /// Share of the pixel that nothing has covered.
+    clear: f64,
+    depth: u32,
+}
+
 impl View {
     fn trace(scene: &dyn Scene, parameters: &Parameters, jitter: u64) -> View {
         let [width, height] = scene.description().film_size.map(|n| n as usize);
-        let [left, top] = scene.description().film_offset.map(|n| n as f32);
         let lanes = width * height;
-        assert!(lanes <= scene.batching().lanes, "one batch of view rays");
+        assert!(lanes <= scene.batching().lanes, "the engine draws numbers batch by batch");
         let mut rng = uniform::stream(parameters.seed, Purpose::ViewRays, jitter, 0);
         let mut numbers = Vec::new();
         uniform::fill(&mut rng, &mut numbers, 2 * lanes);
-        let film: Vec<f32> = (0..2 * lanes)
-            .map(|i| match i < lanes {
-                true => left + (i % width) as f32 + numbers[2 * i],
-                false => top + ((i - lanes) / width) as f32 + numbers[2 * (i - lanes) + 1],
-            })
-            .collect();
+        let film = film_positions(scene, &numbers);
         uniform::fill(&mut rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
         let limits = parameters.limits;
         let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, limits };
         let mut importance = Planes::default();
         let mut walk = scene.view_rays(&request, &mut importance).expect("view rays start");
+        let start = |lane| Path { weight: array(importance.get(lane)), clear: 1.0, depth: 0 };
+        let mut paths: Vec<Path> = (0..lanes).map(start).collect();
 
-        let mut view = View {
-            emission: vec![[0.0; 3]; lanes],
-            alpha: vec![0.0; lanes],
-            beams: Vec::new(),
-            points: Vec::new(),
-            film: film.clone(),
-        };
-        let mut weights: Vec<_> = (0..lanes).map(|lane| array(importance.get(lane))).collect();
-        let mut depths = vec![0; lanes];
-        let mut segments = Segments::default();
+        let (mut emission, mut segments) = (vec![[0.0; 3]; lanes], Segments::default());
+        let (mut beams, mut points) = (Vec::new(), Vec::new());
         let mut vertices = ViewVertices::default();
         for _ in 0..MAX_SEGMENTS {
-            let mut step_numbers = Vec::new();
-            uniform::fill(&mut rng, &mut step_numbers, VIEW_STEP_DIMENSIONS * lanes);
-            walk.step(&step_numbers, &mut vertices).expect("view rays advance");
-            for lane in 0..lanes {
-                let hides = limits.hide_emitters && depths[lane] == 0;
-                view.add_vertex(scene, &vertices, lane, &mut weights[lane], &mut depths[lane]);
+            uniform::fill(&mut rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
+            walk.step(&numbers, &mut vertices).expect("view rays advance");
+            for (lane, path) in paths.iter_mut().enumerate() {
+                let hides = limits.hide_emitters && path.depth == 0;
                 segments.add_point(&vertices, lane, hides);
+                beams.extend(path.cross(scene, &vertices, lane));
+                path.cover(scene, vertices.flags[lane], limits.hide_emitters);
+                add(&mut emission[lane], path.emission(&vertices, lane));
+                points.extend(path.point(&vertices, lane));
+                path.leave(&vertices, lane);
             }
             if vertices.flags.iter().all(|flags| flags & view_flags::CONTINUES == 0) {
                 break;
             }
         }
         scene.store_points(&segments.into_points()).expect("points are stored");
-        view
-    }
-
-    fn add_vertex(
-        &mut self,
-        scene: &dyn Scene,
-        vertices: &ViewVertices,
-        lane: usize,
-        weight: &mut [f64; 3],
-        depth: &mut u32,
-    ) {
-        let flags = vertices.flags[lane];
-        let has = |flag| flags & flag != 0;
-        let beam = Beam {
-            pixel: lane,
-            origin: vertices.origin.get(lane).as_dvec3(),
-            direction: vertices.direction.get(lane).as_dvec3(),
-            length: f64::from(vertices.length[lane]),
-            medium: vertices.medium[lane],
-            weight: *weight,
-            depth: *depth,
-        };
-        if has(view_flags::HIT) {
-            self.alpha[lane] = 1.0;
-        }
-        let transmittance = beam.transmittance(scene, beam.length);
-        *weight = product(*weight, transmittance);
-        if beam.medium != VACUUM && beam.length > 0.0 {
-            self.beams.push(beam);
-        }
-        if has(view_flags::EMISSION) {
-            let emission = array(vertices.emission.get(lane));
-            add(&mut self.emission[lane], product(*weight, emission));
-        }
-        if has(view_flags::VISIBLE_POINT) {
-            let reflectance = array(vertices.reflectance.get(lane));
-            self.points.push(Point {
-                pixel: lane,
-                position: vertices.position.get(lane).as_dvec3(),
-                normal: vertices.normal.get(lane).as_dvec3(),
-                reflectance: has(view_flags::LAMBERTIAN).then_some(reflectance),
-                weight: *weight,
-                depth: *depth,
-            });
-        }
-        *weight = product(*weight, array(vertices.weight.get(lane)));
-        *depth += u32::from(has(view_flags::SCATTERED));
+        let alpha = paths.iter().map(|path| (1.0 - path.clear) as f32).collect();
+        View { film, emission, alpha, beams, points }
     }
 
     /// Hands the mean radiance of a block of passes to the film, weighted by their number.
@@ -184,6 +140,73 @@ impl View {
             weight: vec![passes as f32; lanes],
         };
         scene.splat(&samples, &mut film.values).expect("the film takes samples");
+    }
+}
+
+/// One position in every pixel, x's then y's, from pairs of numbers.
+fn film_positions(scene: &dyn Scene, numbers: &[f32]) -> Vec<f32> {
+    let [width, height] = scene.description().film_size.map(|n| n as usize);
+    let [left, top] = scene.description().film_offset.map(|n| n as f32);
+    let pixels = 0..width * height;
+    let xs = pixels.clone().map(|i| left + (i % width) as f32 + numbers[2 * i]);
+    let ys = pixels.map(|i| top + (i / width) as f32 + numbers[2 * i + 1]);
+    xs.chain(ys).collect()
+}
+
+impl Path {
+    /// Crosses a segment, which is a beam where there is fog.
+    fn cross(&mut self, scene: &dyn Scene, vertices: &ViewVertices, lane: usize) -> Option<Beam> {
+        let beam = Beam {
+            pixel: lane,
+            origin: vertices.origin.get(lane).as_dvec3(),
+            direction: vertices.direction.get(lane).as_dvec3(),
+            length: f64::from(vertices.length[lane]),
+            medium: vertices.medium[lane],
+            weight: self.weight,
+            depth: self.depth,
+        };
+        let transmittance = beam.transmittance(scene, beam.length);
+        self.weight = product(self.weight, transmittance);
+        self.clear *= transmittance.iter().sum::<f64>() / 3.0;
+        (beam.medium != VACUUM && beam.length > 0.0).then_some(beam)
+    }
+
+    /// A surface covers the pixel unless it is but crossed; so does a sky that is not hidden.
+    fn cover(&mut self, scene: &dyn Scene, flags: u32, hide_emitters: bool) {
+        let crossed = flags & view_flags::CONTINUES != 0 && flags & view_flags::SCATTERED == 0;
+        let covered = match flags & view_flags::HIT != 0 {
+            true => !crossed,
+            false => scene.description().has_environment && !hide_emitters,
+        };
+        if covered {
+            self.clear = 0.0;
+        }
+    }
+
+    fn emission(&self, vertices: &ViewVertices, lane: usize) -> [f64; 3] {
+        match vertices.flags[lane] & view_flags::EMISSION != 0 {
+            true => product(self.weight, array(vertices.emission.get(lane))),
+            false => [0.0; 3],
+        }
+    }
+
+    fn point(&self, vertices: &ViewVertices, lane: usize) -> Option<Point> {
+        let has = |flag| vertices.flags[lane] & flag != 0;
+        let reflectance = array(vertices.reflectance.get(lane));
+        has(view_flags::VISIBLE_POINT).then(|| Point {
+            pixel: lane,
+            position: vertices.position.get(lane).as_dvec3(),
+            normal: vertices.normal.get(lane).as_dvec3(),
+            reflectance: has(view_flags::LAMBERTIAN).then_some(reflectance),
+            weight: self.weight,
+            depth: self.depth,
+        })
+    }
+
+    /// Goes on along a delta lobe, if there is one.
+    fn leave(&mut self, vertices: &ViewVertices, lane: usize) {
+        self.weight = product(self.weight, array(vertices.weight.get(lane)));
+        self.depth += u32::from(vertices.flags[lane] & view_flags::SCATTERED != 0);
     }
 }
 

@@ -28,10 +28,8 @@ fn walks_through_seam(scene: &dyn Scene, walks: u64) -> u64 {
 }
 
 fn photon_walk(criterion: &mut Criterion) {
-    let path = PathBuf::from(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/mitsuba_scenes/cornell_fog/scene.xml"
-    ));
+    let path =
+        PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/mitsuba_scenes/cornell_fog/scene.xml"));
     let session = Session::start(Some("scalar_rgb"), None, 0).expect("start Mitsuba");
     let file = SceneFile { path, ..SceneFile::default() };
     let loaded = session.load(&file).expect("load the scene");

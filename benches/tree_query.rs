@@ -30,21 +30,14 @@ fn pinhole(side: usize, rng: &mut StdRng) -> Vec<Segment> {
         let on_film = (corner + random_in_cube(rng)) / side as f32 - 0.5;
         let direction = on_film.with_z(0.8).normalize();
         let walls = Vec3::select(direction.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
-        Segment {
-            origin: apex,
-            direction,
-            length: ((walls - apex) / direction).min_element(),
-        }
+        Segment { origin: apex, direction, length: ((walls - apex) / direction).min_element() }
     };
     (0..side * side).map(&mut ray).collect()
 }
 
 /// The mean photon meets (cross-section · total length / volume of the box) beams.
 fn beam_radius(segments: &[Segment]) -> f32 {
-    let total: f64 = segments
-        .iter()
-        .map(|segment| f64::from(segment.length))
-        .sum();
+    let total: f64 = segments.iter().map(|segment| f64::from(segment.length)).sum();
     (PAIRS / (PI * total)).sqrt() as f32
 }
 
@@ -68,9 +61,7 @@ fn beams(criterion: &mut Criterion) {
             bencher.iter(|| {
                 let mut sum = 0.0;
                 let &p = next.next().unwrap_or(&Vec3::ZERO);
-                tree.query(p, radius, |_, t, distance_squared| {
-                    sum += t + distance_squared
-                });
+                tree.query(p, radius, |_, t, distance_squared| sum += t + distance_squared);
                 sum
             });
         });

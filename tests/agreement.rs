@@ -58,13 +58,7 @@ const fn case(
     surface_radius: f32,
     medium_radius: f32,
 ) -> Case {
-    Case {
-        scene,
-        passes,
-        photons,
-        surface_radius,
-        medium_radius,
-    }
+    Case { scene, passes, photons, surface_radius, medium_radius }
 }
 
 /// The scenes are about two units wide; the radii are 1.5 % of that.
@@ -100,24 +94,13 @@ const TABLE: [Case; 27] = [
 
 /// Surfaces alone, a foggy room, a null-BSDF box under a delta lamp, coloured extinction, a grid of
 /// smoke, a medium in glass.
-const FAST: [&str; 6] = [
-    "room_diffuse",
-    "fog_room",
-    "box_directional",
-    "extinction_box",
-    "smoke_spot",
-    "glass_ball",
-];
+const FAST: [&str; 6] =
+    ["room_diffuse", "fog_room", "box_directional", "extinction_box", "smoke_spot", "glass_ball"];
 const FAST_LLVM: [&str; 2] = ["fog_room", "smoke_spot"];
 
 #[test]
 fn fast_scenes_agree_in_scalar_rgb() {
-    judge(
-        &cases(|scene| FAST.contains(&scene)),
-        "scalar_rgb",
-        None,
-        FAST_SEEDS,
-    );
+    judge(&cases(|scene| FAST.contains(&scene)), "scalar_rgb", None, FAST_SEEDS);
 }
 
 #[test]
@@ -145,10 +128,8 @@ fn every_scene_agrees() {
     let variant = env::var("VPT_AGREEMENT_VARIANT").unwrap_or("scalar_rgb".into());
     let only = env::var("VPT_AGREEMENT_ONLY").ok();
     let llvm = variant.starts_with("llvm").then(|| find_llvm().unwrap());
-    let chosen = cases(|scene| {
-        only.as_ref()
-            .is_none_or(|names| names.split(',').any(|name| name == scene))
-    });
+    let chosen =
+        cases(|scene| only.as_ref().is_none_or(|names| names.split(',').any(|name| name == scene)));
     judge(&chosen, &variant, llvm.as_deref(), LONG_SEEDS);
 }
 
@@ -159,10 +140,7 @@ fn scenes_references_and_cases_are_the_same_set() {
     let table: BTreeSet<String> = TABLE.iter().map(|case| case.scene.to_string()).collect();
     assert_eq!(table, file_stems("scenes", "xml"));
     assert_eq!(table, file_stems("references", "exr"));
-    assert!(FAST
-        .iter()
-        .chain(&FAST_LLVM)
-        .all(|scene| table.contains(*scene)));
+    assert!(FAST.iter().chain(&FAST_LLVM).all(|scene| table.contains(*scene)));
 }
 
 /// The references are precise enough for the bounds: one standard error is at most 0.1 % for the
@@ -172,19 +150,11 @@ fn scenes_references_and_cases_are_the_same_set() {
 fn references_are_precise() {
     for case in &TABLE {
         let reference = read_reference(case.scene).unwrap();
-        let verdict = Verdict::new(
-            &[reference.mean.clone(), reference.mean.clone()],
-            &reference,
-            0.0,
-            0.0,
-        );
+        let verdict =
+            Verdict::new(&[reference.mean.clone(), reference.mean.clone()], &reference, 0.0, 0.0);
         let worst = |list: &[Comparison]| list.iter().map(|c| c.error).fold(0.0, f64::max);
         let (image, block) = (worst(&verdict.image), worst(&verdict.blocks));
-        assert!(
-            image <= 0.001 && block <= 0.005,
-            "{}: image {image}, block {block}",
-            case.scene
-        );
+        assert!(image <= 0.001 && block <= 0.005, "{}: image {image}, block {block}", case.scene);
     }
 }
 
@@ -205,10 +175,9 @@ fn judge(cases: &[&Case], variant: &str, llvm: Option<&Path>, seeds: usize) {
             .and_then(|runs| Ok((read_reference(case.scene)?, runs)))
             .and_then(|(reference, runs)| {
                 match runs.iter().find(|run| !same_size(run, &reference.mean)) {
-                    Some(run) => Err(format!(
-                        "the image has {} x {} pixels",
-                        run.width, run.height
-                    )),
+                    Some(run) => {
+                        Err(format!("the image has {} x {} pixels", run.width, run.height))
+                    }
                     None => Ok((reference, runs)),
                 }
             });
@@ -221,15 +190,9 @@ fn judge(cases: &[&Case], variant: &str, llvm: Option<&Path>, seeds: usize) {
             }
         };
         let verdict = Verdict::new(&runs, &reference, IMAGE_BOUND, BLOCK_BOUND);
-        let (image, block) = (
-            Verdict::worst(&verdict.image),
-            Verdict::worst(&verdict.blocks),
-        );
-        let image_sees = verdict
-            .image
-            .iter()
-            .map(|c| c.detectable(image_level))
-            .fold(0.0, f64::max);
+        let (image, block) = (Verdict::worst(&verdict.image), Verdict::worst(&verdict.blocks));
+        let image_sees =
+            verdict.image.iter().map(|c| c.detectable(image_level)).fold(0.0, f64::max);
         let block_sees = verdict.median_detectable(block_level);
         println!(
             "{:20} {:7.4} {:7.2} {:7.1} {:6.2} | {:8.2} {:6.1} {:6.1} | {:7.1}",
@@ -246,10 +209,7 @@ fn judge(cases: &[&Case], variant: &str, llvm: Option<&Path>, seeds: usize) {
 
         let mut wrong = Vec::new();
         if verdict.image.iter().any(|c| c.rejected(image_level)) {
-            wrong.push(format!(
-                "the mean is off by {:.2} %",
-                100.0 * image.deviation
-            ));
+            wrong.push(format!("the mean is off by {:.2} %", 100.0 * image.deviation));
         }
         let bad_blocks = (0..verdict.blocks.len())
             .filter(|&i| verdict.blocks[i].rejected(block_level))
@@ -257,10 +217,7 @@ fn judge(cases: &[&Case], variant: &str, llvm: Option<&Path>, seeds: usize) {
         let bad_blocks: BTreeSet<usize> = bad_blocks.collect();
         if !bad_blocks.is_empty() {
             let columns = reference.mean.width / BLOCK;
-            let places: Vec<_> = bad_blocks
-                .iter()
-                .map(|b| (b % columns, b / columns))
-                .collect();
+            let places: Vec<_> = bad_blocks.iter().map(|b| (b % columns, b / columns)).collect();
             wrong.push(format!(
                 "blocks (column, row) {places:?} are off, the worst by {:.1} %",
                 100.0 * block.deviation
@@ -296,15 +253,7 @@ fn render_runs(
     }
     fs::create_dir_all(folder).map_err(|e| e.to_string())?;
     (0..seeds)
-        .map(|seed| {
-            render(
-                case,
-                variant,
-                llvm,
-                seed,
-                &folder.join(format!("seed-{seed}.exr")),
-            )
-        })
+        .map(|seed| render(case, variant, llvm, seed, &folder.join(format!("seed-{seed}.exr"))))
         .collect()
 }
 
@@ -316,16 +265,9 @@ fn render(
     out: &Path,
 ) -> Result<Image, String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_vpt"));
-    command
-        .arg("render")
-        .arg(agreement_folder("scenes").join(format!("{}.xml", case.scene)));
-    command
-        .args(["--variant", variant])
-        .args(["--passes", &case.passes.to_string()]);
-    command
-        .args(["--seed", &seed.to_string()])
-        .arg("-o")
-        .arg(out);
+    command.arg("render").arg(agreement_folder("scenes").join(format!("{}.xml", case.scene)));
+    command.args(["--variant", variant]).args(["--passes", &case.passes.to_string()]);
+    command.args(["--seed", &seed.to_string()]).arg("-o").arg(out);
     command.args(["--set", &format!("photons={}", case.photons)]);
     command.args(["--set", &format!("surface_radius={}", case.surface_radius)]);
     command.args(["--set", &format!("medium_radius={}", case.medium_radius)]);
@@ -348,9 +290,8 @@ fn read_reference(scene: &str) -> Result<Reference, String> {
     let path = folder.join(format!("{scene}.exr"));
     let index = fs::read_to_string(folder.join("references.json")).map_err(|e| e.to_string())?;
     let index: serde_json::Value = serde_json::from_str(&index).map_err(|e| e.to_string())?;
-    let seeds = index[scene]["seeds"]
-        .as_f64()
-        .ok_or(format!("references.json does not know {scene}"))?;
+    let seeds =
+        index[scene]["seeds"].as_f64().ok_or(format!("references.json does not know {scene}"))?;
     Ok(Reference {
         mean: Image::read_exr(&path, "")?,
         variance: Image::read_exr(&path, "var.")?,
@@ -395,19 +336,14 @@ fn find_llvm() -> Result<PathBuf, String> {
         "/usr/lib",
         "/usr/local/lib",
     ];
-    let files = folders
-        .iter()
-        .filter_map(|folder| fs::read_dir(folder).ok())
-        .flatten()
-        .flatten();
+    let files = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten();
     let libraries =
         files.filter_map(|file| Some((llvm_version(file.file_name().to_str()?)?, file.path())));
     match libraries.max() {
         Some((version, path)) if version >= OLDEST => Ok(path),
-        Some((version, path)) => Err(format!(
-            "{} is LLVM {version}, Dr.Jit needs {OLDEST}",
-            path.display()
-        )),
+        Some((version, path)) => {
+            Err(format!("{} is LLVM {version}, Dr.Jit needs {OLDEST}", path.display()))
+        }
         None => Err(format!("no libLLVM in {}", folders.join(", "))),
     }
 }
@@ -428,10 +364,7 @@ fn llvm_versions_from_file_names() {
         "libLLVM.so",
         "libLLVMTableGen.so.19",
     ];
-    assert_eq!(
-        names.map(llvm_version),
-        [Some(15), Some(19), Some(19), None, None]
-    );
+    assert_eq!(names.map(llvm_version), [Some(15), Some(19), Some(19), None, None]);
 }
 
 fn cases(wanted: impl Fn(&str) -> bool) -> Vec<&'static Case> {
@@ -444,16 +377,13 @@ fn same_size(a: &Image, b: &Image) -> bool {
 }
 
 fn agreement_folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/agreement")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/agreement").join(name)
 }
 
 /// `target/agreement/<scene>/<variant>`, wherever `target` is.
 fn output_folder(scene: &str, variant: &str) -> PathBuf {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .parent()
-        .expect("target/tmp lies in target");
+    let target =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("target/tmp lies in target");
     target.join("agreement").join(scene).join(variant)
 }
 
@@ -461,9 +391,8 @@ fn output_folder(scene: &str, variant: &str) -> PathBuf {
 /// `*.reference.xml`.
 fn file_stems(folder: &str, extension: &str) -> BTreeSet<String> {
     let suffix = format!(".{extension}");
-    let files = fs::read_dir(agreement_folder(folder))
-        .unwrap()
-        .map(|file| file.unwrap().file_name());
+    let files =
+        fs::read_dir(agreement_folder(folder)).unwrap().map(|file| file.unwrap().file_name());
     let stems = files.filter_map(|name| Some(name.to_str()?.strip_suffix(&suffix)?.to_string()));
     stems.filter(|stem| !stem.ends_with(".reference")).collect()
 }

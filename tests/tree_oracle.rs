@@ -1,4 +1,5 @@
-//! Both kd-trees against brute force: the same pairs, to the last bit of `t` and distance, each exactly once.
+//! Both kd-trees against brute force: the same pairs, to the last bit of `t` and distance, each
+//! exactly once.
 
 use glam::Vec3;
 use proptest::prelude::*;
@@ -77,7 +78,8 @@ fn box_of(segments: &[Segment]) -> (Vec3, Vec3) {
     ends.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), end| (min.min(end), max.max(end)))
 }
 
-/// Photons where mistakes hide: on beams and their ends, on the planes of a tree that halves the box, and anywhere.
+/// Photons where mistakes hide: on beams and their ends, on the planes of a tree that halves the
+/// box, and anywhere.
 fn photons_around(segments: &[Segment], count: usize, rng: &mut StdRng) -> Vec<Vec3> {
     let (min, max) = box_of(segments);
     let mut photons = vec![Vec3::ZERO, min, max, max + (max - min)];
@@ -241,6 +243,45 @@ fn huge_lengths() {
     for options in option_sets() {
         assert!(check_beams(&segments, &options, &near, &[1e-3, 0.05, 1.0]) > 0);
     }
+}
+
+#[test]
+fn subnormal_slopes() {
+    let mut rng = StdRng::seed_from_u64(23);
+    let mut nearly_level = |i: usize| Segment {
+        origin: Vec3::new(rng.random(), (i % 3) as f32 - 1.0, rng.random()),
+        direction: Vec3::new(1.0, f32::from_bits((i % 7) as u32) * (i % 2) as f32, -1e-40),
+        length: 2.0,
+    };
+    let mut segments: Vec<_> = (0..300).map(&mut nearly_level).collect();
+    check_set(&segments, 24);
+    segments.iter_mut().for_each(|segment| segment.direction.y *= -1.0);
+    check_set(&segments, 25);
+}
+
+#[test]
+fn from_afar_past_the_origin() {
+    let mut rng = StdRng::seed_from_u64(26);
+    let mut aimed = |_| {
+        let direction = random_direction(&mut rng);
+        Segment { origin: 0.1 * random_in_cube(&mut rng) - 1e6 * direction, direction, length: 2e6 }
+    };
+    let segments: Vec<_> = (0..300).map(&mut aimed).collect();
+    let photons: Vec<_> = (0..200).map(|_| 0.4 * random_in_cube(&mut rng) - 0.2).collect();
+    for options in option_sets() {
+        assert!(check_beams(&segments, &options, &photons, &[1e-3, 0.1]) > 0);
+    }
+}
+
+#[test]
+fn beams_are_half_open_and_the_radius_is_strict() {
+    let tree = ViewBeamTree::build(&[Segment::between(Vec3::ZERO, Vec3::X)]);
+    let count = |x, radius| beam_pairs(&tree, Vec3::new(x, 0.5, 0.0), radius).len();
+    assert_eq!(
+        [count(0.0, 1.0), count(1.0, 1.0), count(-1e-6, 1.0), count(0.999, 1.0)],
+        [1, 0, 0, 1]
+    );
+    assert_eq!([count(0.5, 0.5), count(0.5, 0.500_001)], [0, 1]);
 }
 
 #[test]

@@ -4,8 +4,9 @@ use glam::Vec3;
 
 /// The points `origin + t·direction` with `t` in `[0, length)`.
 ///
-/// Half-open, so that segments which continue one another share no point and an empty segment (`length <= 0`) has
-/// none. Lengths are in scene units. `direction` has unit length; nothing checks it.
+/// Half-open, so that segments which continue one another share no point and an empty segment
+/// (`length <= 0`) has none. Lengths are in scene units. `direction` has unit length; nothing
+/// checks it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     pub origin: Vec3,
@@ -23,19 +24,20 @@ impl Segment {
 
     /// The point at parameter `t`.
     ///
-    /// Every coordinate is `fl(o + fl(t·d))`. Both roundings are monotone, so each coordinate is a monotone function
-    /// of `t` *as computed*; the beam tree's ownership rests on that.
+    /// Every coordinate is `fl(o + fl(t·d))`. Both roundings are monotone, so each coordinate is a
+    /// monotone function of `t` *as computed*; the beam tree's ownership rests on that.
     #[inline]
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
     }
 
-    /// Parameter `t` of the orthogonal projection of `p` on the segment's *line*, and the squared distance from `p`
-    /// to that line.
+    /// Parameter `t` of the orthogonal projection of `p` on the segment's *line*, and the squared
+    /// distance from `p` to that line.
     ///
-    /// The distance comes from the residual `(p − o) − t·d`: its error is a rounding of `|p − o|`, where the shorter
-    /// `|p − o|² − t²` would lose every digit of a distance below `|p − o|·√ε`. `p − o` is taken first because it is
-    /// exact for neighbours however far both are from the world's origin.
+    /// The distance comes from the residual `(p − o) − t·d`: its error is a rounding of `|p − o|`,
+    /// where the shorter `|p − o|² − t²` would lose every digit of a distance below `|p − o|·√ε`.
+    /// `p − o` is taken first because it is exact for neighbours however far both are from the
+    /// world's origin.
     #[inline]
     pub fn project(&self, p: Vec3) -> (f32, f32) {
         let from_origin = p - self.origin;

@@ -6,10 +6,10 @@ use crate::transport::view::ViewPaths;
 
 /// Pairs of neighbouring pixels that are probed.
 const PROBES: usize = 256;
-/// First radii in pixel footprints: a disk of some 20 pixels on surfaces, a cylinder of some 30 in
+/// First radii in pixel footprints: a disk of some 40 pixels on surfaces, a cylinder of some 80 in
 /// media, where photons are sparser.
-const SURFACE_PIXELS: f32 = 2.5;
-const MEDIUM_PIXELS: f32 = 3.0;
+const SURFACE_PIXELS: f32 = 3.5;
+const MEDIUM_PIXELS: f32 = 5.0;
 /// What a radius falls back on where the camera sees no receiver: this share of the scene's diagonal.
 const FALLBACK_SHARE: f32 = 1e-3;
 

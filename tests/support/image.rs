@@ -19,14 +19,8 @@ impl Image {
         height: usize,
         mut pixel: impl FnMut(usize, usize) -> [f32; 3],
     ) -> Self {
-        let pixels = (0..width * height)
-            .map(|i| pixel(i % width, i / width))
-            .collect();
-        Image {
-            width,
-            height,
-            pixels,
-        }
+        let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
+        Image { width, height, pixels }
     }
 
     /// The channels `R`, `G`, `B` of an EXR file, each name with `prefix` before it. All values
@@ -37,14 +31,9 @@ impl Image {
         let layer = file.layer_data;
         let channel = |colour: &str| {
             let name = format!("{prefix}{colour}");
-            let found = layer
-                .channel_data
-                .list
-                .iter()
-                .find(|c| c.name.to_string() == name);
-            let samples = &found
-                .ok_or(format!("{}: no channel {name}", path.display()))?
-                .sample_data;
+            let found = layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
+            let samples =
+                &found.ok_or(format!("{}: no channel {name}", path.display()))?.sample_data;
             Ok::<Vec<f32>, String>(match samples {
                 FlatSamples::F16(values) => values.iter().map(|v: &f16| v.to_f32()).collect(),
                 FlatSamples::F32(values) => values.clone(),
@@ -56,17 +45,8 @@ impl Image {
             let i = y * layer.size.width() + x;
             [red[i], green[i], blue[i]]
         });
-        match image
-            .pixels
-            .iter()
-            .position(|p| p.iter().any(|v| !v.is_finite()))
-        {
-            Some(i) => Err(format!(
-                "{}: pixel {} is {:?}",
-                path.display(),
-                i,
-                image.pixels[i]
-            )),
+        match image.pixels.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
+            Some(i) => Err(format!("{}: pixel {} is {:?}", path.display(), i, image.pixels[i])),
             None => Ok(image),
         }
     }
@@ -81,12 +61,7 @@ impl Image {
 
     /// The image as 8-bit sRGB, with `white` as the brightest value that is told apart.
     pub fn write_png(&self, path: &Path, white: f32) -> Result<(), String> {
-        let bytes: Vec<u8> = self
-            .pixels
-            .iter()
-            .flatten()
-            .map(|&v| srgb_byte(v / white))
-            .collect();
+        let bytes: Vec<u8> = self.pixels.iter().flatten().map(|&v| srgb_byte(v / white)).collect();
         let write = || -> Result<(), png::EncodingError> {
             let file = BufWriter::new(fs::File::create(path)?);
             let mut encoder = png::Encoder::new(file, self.width as u32, self.height as u32);
@@ -123,11 +98,7 @@ impl Image {
 /// The sRGB transfer curve of IEC 61966-2-1, clamped, as a byte.
 fn srgb_byte(linear: f32) -> u8 {
     let v = linear.clamp(0.0, 1.0);
-    let encoded = if v <= 0.0031308 {
-        12.92 * v
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    };
+    let encoded = if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round() as u8
 }
 
@@ -156,9 +127,7 @@ mod tests {
     #[test]
     fn a_file_with_nan_is_refused() {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("a_file_with_nan_is_refused.exr");
-        Image::from_fn(2, 2, |x, _| [0.0, f32::NAN.powi(x as i32), 0.0])
-            .write_exr(&path)
-            .unwrap();
+        Image::from_fn(2, 2, |x, _| [0.0, f32::NAN.powi(x as i32), 0.0]).write_exr(&path).unwrap();
         let error = Image::read_exr(&path, "").unwrap_err();
         assert!(error.contains("pixel 1 is [0.0, NaN, 0.0]"), "{error}");
     }

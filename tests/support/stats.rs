@@ -34,11 +34,7 @@ impl Estimate {
         let count = samples.len() as f64;
         let mean = samples.iter().sum::<f64>() / count;
         let squares: f64 = samples.iter().map(|x| (x - mean).powi(2)).sum();
-        Estimate {
-            mean,
-            variance: squares / (count - 1.0) / count,
-            freedom: count - 1.0,
-        }
+        Estimate { mean, variance: squares / (count - 1.0) / count, freedom: count - 1.0 }
     }
 }
 
@@ -121,10 +117,8 @@ impl Verdict {
         let run_means: Vec<_> = runs.iter().map(Image::mean).collect();
         let run_blocks: Vec<_> = runs.iter().map(|run| run.block_means(BLOCK)).collect();
         let (level, blocks) = (reference.mean.mean(), reference.mean.block_means(BLOCK));
-        let (variance, block_variances) = (
-            reference.variance.mean(),
-            reference.variance.block_means(BLOCK),
-        );
+        let (variance, block_variances) =
+            (reference.variance.mean(), reference.variance.block_means(BLOCK));
 
         // The variance of a mean of n independent pixels is the mean of their variances over n, and
         // its degrees of freedom are those of n pixels together.
@@ -137,30 +131,18 @@ impl Verdict {
         let image = colours().map(|c| {
             let samples: Vec<f64> = run_means.iter().map(|mean| mean[c]).collect();
             let expected = expected(level[c], variance[c], reference.mean.pixels.len());
-            Comparison::new(
-                Estimate::from_samples(&samples),
-                expected,
-                level[c],
-                image_bound,
-            )
+            Comparison::new(Estimate::from_samples(&samples), expected, level[c], image_bound)
         });
         let block = |b: usize, c: usize| {
             let samples: Vec<f64> = run_blocks.iter().map(|run| run[b][c]).collect();
             let expected = expected(blocks[b][c], block_variances[b][c], BLOCK * BLOCK);
             let scale = blocks[b][c].max(DARK * level[c]);
-            Comparison::new(
-                Estimate::from_samples(&samples),
-                expected,
-                scale,
-                block_bound,
-            )
+            Comparison::new(Estimate::from_samples(&samples), expected, scale, block_bound)
         };
         let block = &block;
         Verdict {
             image: image.collect(),
-            blocks: (0..blocks.len())
-                .flat_map(|b| colours().map(move |c| block(b, c)))
-                .collect(),
+            blocks: (0..blocks.len()).flat_map(|b| colours().map(move |c| block(b, c))).collect(),
         }
     }
 
@@ -174,11 +156,8 @@ impl Verdict {
 
     /// The median over the blocks of what a block could detect.
     pub fn median_detectable(&self, level: f64) -> f64 {
-        let mut biases: Vec<f64> = self
-            .blocks
-            .iter()
-            .map(|block| block.detectable(level))
-            .collect();
+        let mut biases: Vec<f64> =
+            self.blocks.iter().map(|block| block.detectable(level)).collect();
         biases.sort_by(f64::total_cmp);
         biases[biases.len() / 2]
     }
@@ -271,23 +250,11 @@ mod tests {
     fn student_tails_in_closed_form() {
         close(student_tail(1.0, 1.0), 0.25, 1e-12);
         close(student_tail(-1.0, 1.0), 0.75, 1e-12);
-        close(
-            student_tail(1e6, 1.0),
-            1.0 / (std::f64::consts::PI * 1e6),
-            1e-9,
-        );
-        close(
-            student_tail(2f64.sqrt(), 2.0),
-            (2.0 - 2f64.sqrt()) / 4.0,
-            1e-12,
-        );
+        close(student_tail(1e6, 1.0), 1.0 / (std::f64::consts::PI * 1e6), 1e-9);
+        close(student_tail(2f64.sqrt(), 2.0), (2.0 - 2f64.sqrt()) / 4.0, 1e-12);
         for (z, level) in [(1.959_964_f64, 0.025), (4.753_424, 1e-6)] {
             let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
-            close(
-                student_tail(z, 1e4),
-                level + density * (z.powi(3) + z) / 4e4,
-                1e-4,
-            );
+            close(student_tail(z, 1e4), level + density * (z.powi(3) + z) / 4e4, 1e-4);
         }
     }
 
@@ -308,21 +275,9 @@ mod tests {
     /// own freedom.
     #[test]
     fn welch_freedom_of_equal_and_of_lone_variances() {
-        let estimate = |variance, freedom| Estimate {
-            mean: 0.0,
-            variance,
-            freedom,
-        };
-        close(
-            welch_freedom(estimate(3.0, 7.0), estimate(3.0, 7.0)),
-            14.0,
-            1e-14,
-        );
-        close(
-            welch_freedom(estimate(3.0, 7.0), estimate(0.0, 100.0)),
-            7.0,
-            1e-14,
-        );
+        let estimate = |variance, freedom| Estimate { mean: 0.0, variance, freedom };
+        close(welch_freedom(estimate(3.0, 7.0), estimate(3.0, 7.0)), 14.0, 1e-14);
+        close(welch_freedom(estimate(3.0, 7.0), estimate(0.0, 100.0)), 7.0, 1e-14);
     }
 
     /// With bound 0 and one degree of freedom, one standard error has the two-sided p-value 1/4 + 1/4.
@@ -351,11 +306,7 @@ mod tests {
     #[test]
     fn the_level_is_the_rate_of_false_alarms() {
         let mut random = Random(1);
-        let expected = Estimate {
-            mean: 5.0,
-            variance: 0.0,
-            freedom: 1e4,
-        };
+        let expected = Estimate { mean: 5.0, variance: 0.0, freedom: 1e4 };
         let alarms = (0..4000)
             .filter(|_| {
                 let samples: Vec<f64> = (0..4).map(|_| 5.0 + random.normal()).collect();
@@ -371,24 +322,13 @@ mod tests {
     #[test]
     fn nine_in_ten_detectable_biases_are_found() {
         let (mut random, error, level) = (Random(2), 0.004, 1e-3);
-        let promise = Comparison {
-            ratio: 1.0,
-            deviation: 0.0,
-            error,
-            freedom: 7.0,
-            bound: 0.01,
-        }
-        .detectable(level);
-        let expected = Estimate {
-            mean: 1.0,
-            variance: 0.0,
-            freedom: 1e4,
-        };
+        let promise = Comparison { ratio: 1.0, deviation: 0.0, error, freedom: 7.0, bound: 0.01 }
+            .detectable(level);
+        let expected = Estimate { mean: 1.0, variance: 0.0, freedom: 1e4 };
         let found = (0..2000)
             .filter(|_| {
-                let samples: Vec<f64> = (0..8)
-                    .map(|_| 1.0 + promise + error * 8f64.sqrt() * random.normal())
-                    .collect();
+                let samples: Vec<f64> =
+                    (0..8).map(|_| 1.0 + promise + error * 8f64.sqrt() * random.normal()).collect();
                 Comparison::new(Estimate::from_samples(&samples), expected, 1.0, 0.01)
                     .rejected(level)
             })
@@ -432,10 +372,7 @@ mod tests {
     fn an_unbiased_image_passes() {
         for seed in 0..10 {
             let verdict = synthetic(seed, |_, _| 1.0);
-            assert!(
-                !image_rejected(&verdict) && !block_rejected(&verdict),
-                "seed {seed}"
-            );
+            assert!(!image_rejected(&verdict) && !block_rejected(&verdict), "seed {seed}");
         }
     }
 
@@ -444,10 +381,7 @@ mod tests {
     fn a_bias_within_the_bound_passes() {
         for seed in 0..10 {
             let verdict = synthetic(seed, |_, _| 1.004);
-            assert!(
-                !image_rejected(&verdict) && !block_rejected(&verdict),
-                "seed {seed}"
-            );
+            assert!(!image_rejected(&verdict) && !block_rejected(&verdict), "seed {seed}");
         }
     }
 
@@ -457,14 +391,8 @@ mod tests {
     fn a_bias_of_one_percent_is_rejected() {
         for seed in 0..10 {
             let verdict = synthetic(seed, |_, _| 1.01);
-            assert!(
-                image_rejected(&verdict) && !block_rejected(&verdict),
-                "seed {seed}"
-            );
-            assert!(verdict
-                .image
-                .iter()
-                .all(|c| c.detectable(1e-3 / 3.0) < 0.01));
+            assert!(image_rejected(&verdict) && !block_rejected(&verdict), "seed {seed}");
+            assert!(verdict.image.iter().all(|c| c.detectable(1e-3 / 3.0) < 0.01));
         }
     }
 
@@ -481,10 +409,8 @@ mod tests {
         for seed in 0..5 {
             let verdict = synthetic(seed, bend);
             let level = 1e-3 / 192.0;
-            let found: Vec<usize> = (0..192)
-                .filter(|&i| verdict.blocks[i].rejected(level))
-                .map(|i| i / 3)
-                .collect();
+            let found: Vec<usize> =
+                (0..192).filter(|&i| verdict.blocks[i].rejected(level)).map(|i| i / 3).collect();
             assert_eq!(found, [10, 10, 10, 53, 53, 53], "seed {seed}");
             assert!(!image_rejected(&verdict), "seed {seed}");
         }
@@ -496,11 +422,7 @@ mod tests {
     fn identical_images_pass_without_dividing_zero_by_zero() {
         let flat = Image::from_fn(64, 64, |x, _| [x as f32, 1.0, 0.5]);
         let zero = Image::from_fn(64, 64, |_, _| [0.0; 3]);
-        let reference = Reference {
-            mean: flat.clone(),
-            variance: zero,
-            freedom: 23.0,
-        };
+        let reference = Reference { mean: flat.clone(), variance: zero, freedom: 23.0 };
         let verdict = Verdict::new(&[flat.clone(), flat], &reference, 0.005, 0.02);
         assert!(verdict
             .image

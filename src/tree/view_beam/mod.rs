@@ -1,17 +1,18 @@
 //! The kd-tree over view beams [Collin 2013 §5.1; Havran 2005].
 //!
-//! The cells of the leaves tile all of space, half-open and without bounds outwards. A beam is listed in every leaf
-//! whose cell it crosses, yet a photon must meet it once: the leaf whose cell owns the beam's closest point to the
-//! photon owns the pair, and the other leaves pass it over.
+//! The cells of the leaves tile all of space, half-open and without bounds outwards. A beam is
+//! listed in every leaf whose cell it crosses, yet a photon must meet it once: the leaf whose cell
+//! owns the beam's closest point to the photon owns the pair, and the other leaves pass it over.
 //!
 //! # Why this is exact in floating point
 //!
-//! The closest point is [`Segment::at`]`(t)` with the `t` of [`Segment::project`], rounding errors included. Its
-//! coordinates are monotone functions of `t`, so at every plane the parameters of a beam fall apart in two ranges,
-//! one per side, and `build` keeps for each side an interval that contains the range (the bound on the rounding
-//! is derived there). By induction the leaf that owns `at(t)` lists the beam, for each `t` in `[0, length)`. Since
-//! space is tiled, there is one such leaf. `query` reaches it because it widens the radius by what `project` and `at`
-//! may disagree (derived there too).
+//! The closest point is [`Segment::at`]`(t)` with the `t` of [`Segment::project`], rounding errors
+//! included. Its coordinates are monotone functions of `t`, so at every plane the parameters of a
+//! beam fall apart in two ranges, one per side, and `build` keeps for each side an interval that
+//! contains the range (the bound on the rounding is derived there). By induction the leaf that owns
+//! `at(t)` lists the beam, for each `t` in `[0, length)`. Since space is tiled, there is one such
+//! leaf. `query` reaches it because it widens the radius by what `project` and `at` may disagree
+//! (derived there too).
 
 mod build;
 mod query;
@@ -24,7 +25,8 @@ use crate::math::Segment;
 
 /// A kd-tree over segments that finds those within a radius of a point.
 ///
-/// Coordinates and radii are in scene units. Segments keep the index they had in the slice given to `build`.
+/// Coordinates and radii are in scene units. Segments keep the index they had in the slice given to
+/// `build`.
 #[derive(Clone, Debug)]
 pub struct ViewBeamTree {
     /// Depth first: the left child follows its parent.
@@ -35,7 +37,8 @@ pub struct ViewBeamTree {
     references: Vec<u32>,
     /// Along a Morton curve, so that a leaf's beams are neighbours in memory.
     beams: Vec<Beam>,
-    /// Largest absolute coordinate of any origin in `beams`; scales the rounding errors of `project`.
+    /// Largest absolute coordinate of any origin in `beams`; scales the rounding errors of
+    /// `project`.
     max_origin: f32,
     stats: Stats,
 }
@@ -84,8 +87,8 @@ struct Beam {
 
 /// An interior node or a leaf in eight bytes, as in [Wald 2001].
 ///
-/// The two low bits of `link` are the axis of the plane, or [`Node::LEAF`]; the other bits are the position of the
-/// right child in `nodes`, or that of the leaf in `leaves`.
+/// The two low bits of `link` are the axis of the plane, or [`Node::LEAF`]; the other bits are the
+/// position of the right child in `nodes`, or that of the leaf in `leaves`.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     /// The left cell owns coordinates `< plane`, the right cell those `>= plane`.
@@ -129,7 +132,8 @@ impl Node {
 struct Leaf {
     /// Owns the pairs; infinite towards the outside of the scene.
     cell: Aabb,
-    /// Holds every closest point that the leaf may own; lets a photon in an empty corner of the cell leave at once.
+    /// Holds every closest point that the leaf may own; lets a photon in an empty corner of the
+    /// cell leave at once.
     bounds: Aabb,
     /// First position in `references`.
     first: u32,

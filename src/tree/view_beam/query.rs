@@ -4,12 +4,14 @@ use super::{Leaf, ViewBeamTree};
 use crate::tree::MAX_DEPTH;
 
 impl ViewBeamTree {
-    /// Calls `visit(index, t, distance_squared)` once for every beam that the photon at `p` contributes to.
+    /// Calls `visit(index, t, distance_squared)` once for every beam that the photon at `p`
+    /// contributes to.
     ///
-    /// That is, the orthogonal projection of `p` on the beam's line falls on the beam, `t` in `[0, length)`, and the
-    /// distance to it is below `radius` (scene units), both as computed by [`Segment::project`]. There are no end
-    /// caps: the kernel lives on the plane normal to the beam. The order of the calls is that of the leaves. If `p`
-    /// or `radius` is NaN, or `radius <= 0`, there are none.
+    /// That is, the orthogonal projection of `p` on the beam's line falls on the beam, `t` in `[0,
+    /// length)`, and the distance to it is below `radius` (scene units), both as computed by
+    /// [`Segment::project`]. There are no end caps: the kernel lives on the plane normal to the
+    /// beam. The order of the calls is that of the leaves. If `p` or `radius` is NaN, or `radius <=
+    /// 0`, there are none.
     ///
     /// [`Segment::project`]: crate::math::Segment::project
     #[inline]
@@ -26,12 +28,13 @@ impl ViewBeamTree {
         });
     }
 
-    /// `radius`, widened by what rounding may put between a photon and the closest point that owns its pair.
+    /// `radius`, widened by what rounding may put between a photon and the closest point that owns
+    /// its pair.
     ///
-    /// With u = ε/2 and per coordinate: `project` computes `r = fl(fl(p − o) − fl(t·d))`, `at` computes
-    /// `c = fl(o + fl(t·d))` from the same product, hence `|p − c| <= (|r| + u(2|p| + |o|))(1 + 5u)`. A pair has
-    /// `fl(r²) < fl(radius²)`, so `|r| < radius`. Twice the bound absorbs the rounding of this function and of the
-    /// comparisons with planes.
+    /// With u = ε/2 and per coordinate: `project` computes `r = fl(fl(p − o) − fl(t·d))`, `at`
+    /// computes `c = fl(o + fl(t·d))` from the same product, hence `|p − c| <= (|r| + u(2|p| +
+    /// |o|))(1 + 5u)`. A pair has `fl(r²) < fl(radius²)`, so `|r| < radius`. Twice the bound
+    /// absorbs the rounding of this function and of the comparisons with planes.
     #[inline]
     fn reach(&self, p: Vec3, radius: f32) -> f32 {
         radius + 2.0 * f32::EPSILON * (p.abs().max_element() + self.max_origin + 2.0 * radius)

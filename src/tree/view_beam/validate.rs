@@ -6,12 +6,13 @@ use super::{Beam, Leaf, ViewBeamTree};
 use crate::math::Aabb;
 
 impl ViewBeamTree {
-    /// Checks every invariant that [`ViewBeamTree::query`] relies on and describes the first violation.
+    /// Checks every invariant that [`ViewBeamTree::query`] relies on and describes the first
+    /// violation.
     ///
-    /// Nodes and leaves lie in depth-first order, planes cut the inside of their cells, leaves hold the cells that the
-    /// planes make, the counts add up, and each leaf lists all beams that have a closest point to own there. The last
-    /// is decided for every single-precision `t`, without the error bounds of the build. For tests: this takes longer
-    /// than to build the tree.
+    /// Nodes and leaves lie in depth-first order, planes cut the inside of their cells, leaves hold
+    /// the cells that the planes make, the counts add up, and each leaf lists all beams that have a
+    /// closest point to own there. The last is decided for every single-precision `t`, without the
+    /// error bounds of the build. For tests: this takes longer than to build the tree.
     pub fn validate(&self) -> Result<(), String> {
         let mut walk = Walk::default();
         self.check_node(0, &Aabb::UNBOUNDED, 0, &mut walk)?;

@@ -10,8 +10,9 @@ const BUCKET_SIZE: usize = 16;
 impl ViewPointTree {
     /// Builds by median splits across the largest axis of the points' box.
     ///
-    /// Points that are not finite have no neighbours and are left out; [`ViewPointTree::non_finite`] counts them. The
-    /// result does not depend on the number of threads.
+    /// Points that are not finite have no neighbours and are left out;
+    /// [`ViewPointTree::non_finite`] counts them. The result does not depend on the number of
+    /// threads.
     ///
     /// # Panics
     ///

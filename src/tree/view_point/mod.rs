@@ -1,7 +1,8 @@
 //! The kd-tree over visible points, a classic one [Bentley 1975; Collin 2013 §5.1].
 //!
-//! Perfectly balanced, so neither children nor leaves need pointers: planes lie level by level (the children of plane
-//! `i` are `2i + 1` and `2i + 2`), points lie bucket by bucket, and arithmetic finds both.
+//! Perfectly balanced, so neither children nor leaves need pointers: planes lie level by level (the
+//! children of plane `i` are `2i + 1` and `2i + 2`), points lie bucket by bucket, and arithmetic
+//! finds both.
 
 mod build;
 mod query;
@@ -11,7 +12,8 @@ use glam::Vec3;
 
 /// A kd-tree over points that finds those within a radius of a place.
 ///
-/// Coordinates and radii are in scene units. Points keep the index they had in the slice given to `build`.
+/// Coordinates and radii are in scene units. Points keep the index they had in the slice given to
+/// `build`.
 #[derive(Clone, Debug)]
 pub struct ViewPointTree {
     /// `2^levels − 1` planes.

@@ -4,10 +4,11 @@ use super::{bucket_start, ViewPointTree};
 use crate::tree::MAX_DEPTH;
 
 impl ViewPointTree {
-    /// Calls `visit(index, distance_squared)` once for every point closer to `p` than `radius` (scene units).
+    /// Calls `visit(index, distance_squared)` once for every point closer to `p` than `radius`
+    /// (scene units).
     ///
-    /// Strictly closer, both squares as computed in single precision. The order of the calls is that of the buckets.
-    /// If `p` or `radius` is NaN, or `radius <= 0`, there are none.
+    /// Strictly closer, both squares as computed in single precision. The order of the calls is
+    /// that of the buckets. If `p` or `radius` is NaN, or `radius <= 0`, there are none.
     #[inline]
     pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) {
         if radius.is_nan() || radius <= 0.0 {
@@ -28,8 +29,8 @@ impl ViewPointTree {
 
     /// Calls `visit` for the buckets whose cells come closer to `p` than `radius` on every axis.
     ///
-    /// No slack is owed to rounding: a point beyond a plane is no nearer than the plane, and subtraction, squaring and
-    /// summation of squares are monotone as computed.
+    /// No slack is owed to rounding: a point beyond a plane is no nearer than the plane, and
+    /// subtraction, squaring and summation of squares are monotone as computed.
     #[inline]
     fn for_each_bucket(&self, p: Vec3, radius: f32, mut visit: impl FnMut(usize)) {
         // Four coordinates, so that two bits of axis need no bounds check.

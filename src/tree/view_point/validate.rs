@@ -2,8 +2,9 @@ use super::{bucket_start, ViewPointTree};
 use crate::math::Aabb;
 
 impl ViewPointTree {
-    /// Checks every invariant that [`ViewPointTree::query`] relies on and describes the first violation: a perfect
-    /// tree, finite points, each index once, and each point in the closed cell of its bucket.
+    /// Checks every invariant that [`ViewPointTree::query`] relies on and describes the first
+    /// violation: a perfect tree, finite points, each index once, and each point in the closed cell
+    /// of its bucket.
     pub fn validate(&self) -> Result<(), String> {
         if self.planes.len() + 1 != 1 << self.levels {
             return Err(format!("{} planes do not make {} levels", self.planes.len(), self.levels));

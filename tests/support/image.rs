@@ -1,7 +1,6 @@
 //! Images as the tests need them: RGB in `f32`, read from and written to EXR, shown as PNG.
 
 use std::fs;
-use std::io::BufWriter;
 use std::path::Path;
 
 use exr::prelude::{f16, read_first_flat_layer_from_file, write_rgb_file, FlatSamples};
@@ -62,14 +61,9 @@ impl Image {
     /// The image as 8-bit sRGB, with `white` as the brightest value that is told apart.
     pub fn write_png(&self, path: &Path, white: f32) -> Result<(), String> {
         let bytes: Vec<u8> = self.pixels.iter().flatten().map(|&v| srgb_byte(v / white)).collect();
-        let write = || -> Result<(), png::EncodingError> {
-            let file = BufWriter::new(fs::File::create(path)?);
-            let mut encoder = png::Encoder::new(file, self.width as u32, self.height as u32);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.write_header()?.write_image_data(&bytes)
-        };
-        write().map_err(|e| format!("{}: {e}", path.display()))
+        let picture = ::image::RgbImage::from_raw(self.width as u32, self.height as u32, bytes)
+            .ok_or_else(|| format!("{}: an impossible size", path.display()))?;
+        picture.save(path).map_err(|e| format!("{}: {e}", path.display()))
     }
 
     /// The mean colours of blocks of `size` by `size` pixels, row by row. `size` must divide both

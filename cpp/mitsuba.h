@@ -11,6 +11,7 @@
 #include <mitsuba/core/random.h>
 #include <mitsuba/core/rfilter.h>
 #include <mitsuba/core/util.h>
+#include <mitsuba/core/warp.h>
 #include <mitsuba/render/accel.h>
 #include <mitsuba/render/bsdf.h>
 #include <mitsuba/render/emitter.h>

@@ -189,12 +189,22 @@ private:
         return dr::select(flat, 1.f, shading / dr::maximum(geometric, 1e-3f));
     }
 
-    static void scatter_medium(Walk &w, const MediumInteraction3f &mei, const Numbers &u, const Mask &active,
-                               Mask &scattered, Mask &alive) {
+    void scatter_medium(Walk &w, const MediumInteraction3f &mei, const Numbers &u, const Mask &active,
+                        Mask &scattered, Mask &alive) const {
         PhaseFunctionContext context(nullptr);
         auto phase = mei.medium->phase_function();
         dr::masked(phase, !active) = nullptr;
         auto [wo, weight, pdf] = phase->sample(context, mei, u.lobe, u.direction, active);
+        if (m_tables.has_microflakes()) {
+            // Mitsuba 3.9.1 draws microflake directions from another density than it evaluates (see
+            // docs/ARCHITECTURE.md), so these are drawn uniformly and weighted by the evaluated one.
+            Mask flakes = active && has_flag(phase->flags(active), PhaseFunctionFlags::Microflake);
+            Vector3f uniform = warp::square_to_uniform_sphere(u.direction);
+            auto [value, density] = phase->eval_pdf(context, mei, uniform, flakes);
+            dr::masked(wo, flakes) = uniform;
+            dr::masked(weight, flakes) = value * (4.f * dr::Pi<Float>);
+            dr::masked(pdf, flakes) = density;
+        }
         Ray3f next = mei.spawn_ray(wo);
         dr::masked(w.ray, active) = next;
         dr::masked(w.flux, active) *= unpolarized_spectrum(weight);

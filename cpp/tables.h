@@ -64,6 +64,9 @@ public:
     const std::vector<VptMedium> &media() const { return m_descriptions; }
     const std::vector<std::string> &warnings() const { return m_warnings; }
 
+    // Does any medium scatter by a microflake distribution?
+    bool has_microflakes() const { return m_has_microflakes; }
+
     // The engine's number of a medium.
     UInt32 medium_index(const MediumPtr &medium) const {
         if constexpr (Jit) {
@@ -133,6 +136,7 @@ private:
     void add_medium(const Medium *medium) {
         if (!medium || std::find(m_media.begin(), m_media.end(), medium) != m_media.end())
             return;
+        m_has_microflakes |= has_flag(medium->phase_function()->get_flags(), PhaseFunctionFlags::Microflake);
         m_media.push_back(medium);
         m_names.push_back(std::make_unique<std::string>(
             medium->id().empty() ? std::string(medium->class_name()) : std::string(medium->id())));
@@ -327,6 +331,7 @@ private:
             return shape;
     }
 
+    bool m_has_microflakes = false;
     std::unordered_set<Object *> m_visited;
     Scene *m_scene;
     Sensor *m_sensor;

@@ -1,0 +1,113 @@
+//! Cost of the two kd-trees: per photon, and per build.
+//!
+//! A pinhole camera looks into a unit box from one of its faces, photons lie evenly in the box, and
+//! the radius gives the mean photon ten pairs whatever the number of beams, so that sizes can be
+//! compared.
+
+use std::f64::consts::PI;
+use std::hint::black_box;
+
+use criterion::{criterion_group, criterion_main, BenchmarkId, Criterion, Throughput};
+use glam::Vec3;
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use vpt::math::Segment;
+use vpt::tree::{ViewBeamTree, ViewPointTree};
+
+const PAIRS: f64 = 10.0;
+const PHOTONS: usize = 1 << 16;
+
+fn random_in_cube(rng: &mut StdRng) -> Vec3 {
+    Vec3::from_array(rng.random())
+}
+
+/// One jittered ray per pixel of a `side × side` image, from the face z = 0 to where it leaves the
+/// unit box.
+fn pinhole(side: usize, rng: &mut StdRng) -> Vec<Segment> {
+    let apex = Vec3::new(0.45, 0.55, 0.0);
+    let mut ray = |pixel: usize| {
+        let corner = Vec3::new((pixel % side) as f32, (pixel / side) as f32, 0.0);
+        let on_film = (corner + random_in_cube(rng)) / side as f32 - 0.5;
+        let direction = on_film.with_z(0.8).normalize();
+        let walls = Vec3::select(direction.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
+        Segment {
+            origin: apex,
+            direction,
+            length: ((walls - apex) / direction).min_element(),
+        }
+    };
+    (0..side * side).map(&mut ray).collect()
+}
+
+/// The mean photon meets (cross-section · total length / volume of the box) beams.
+fn beam_radius(segments: &[Segment]) -> f32 {
+    let total: f64 = segments
+        .iter()
+        .map(|segment| f64::from(segment.length))
+        .sum();
+    (PAIRS / (PI * total)).sqrt() as f32
+}
+
+fn beams(criterion: &mut Criterion) {
+    for side in [100, 316, 1000] {
+        let mut rng = StdRng::seed_from_u64(1);
+        let segments = pinhole(side, &mut rng);
+        let radius = beam_radius(&segments);
+        let photons: Vec<_> = (0..PHOTONS).map(|_| random_in_cube(&mut rng)).collect();
+        let tree = ViewBeamTree::build(&segments);
+        eprintln!("{:?}, {} MB", tree.stats(), tree.memory_bytes() >> 20);
+
+        let mut group = criterion.benchmark_group("beams");
+        group.sample_size(10);
+        group.bench_function(BenchmarkId::new("build", segments.len()), |bencher| {
+            bencher.iter(|| ViewBeamTree::build(black_box(&segments)));
+        });
+        group.throughput(Throughput::Elements(1));
+        group.bench_function(BenchmarkId::new("query", segments.len()), |bencher| {
+            let mut next = photons.iter().cycle();
+            bencher.iter(|| {
+                let mut sum = 0.0;
+                let &p = next.next().unwrap_or(&Vec3::ZERO);
+                tree.query(p, radius, |_, t, distance_squared| {
+                    sum += t + distance_squared
+                });
+                sum
+            });
+        });
+    }
+}
+
+fn points(criterion: &mut Criterion) {
+    let mut rng = StdRng::seed_from_u64(2);
+    // Visible points lie on surfaces: three walls of the box, and photons land on them.
+    let mut on_walls = |count: usize| -> Vec<Vec3> {
+        let mut on_wall =
+            |number: usize| random_in_cube(&mut rng) * (Vec3::ONE - Vec3::AXES[number % 3]);
+        (0..count).map(&mut on_wall).collect()
+    };
+    for count in [10_000, 100_000, 1_000_000] {
+        let visible = on_walls(count);
+        let photons = on_walls(PHOTONS);
+        let radius = (PAIRS * 3.0 / (PI * count as f64)).sqrt() as f32;
+        let tree = ViewPointTree::build(&visible);
+
+        let mut group = criterion.benchmark_group("points");
+        group.sample_size(10);
+        group.bench_function(BenchmarkId::new("build", count), |bencher| {
+            bencher.iter(|| ViewPointTree::build(black_box(&visible)));
+        });
+        group.throughput(Throughput::Elements(1));
+        group.bench_function(BenchmarkId::new("query", count), |bencher| {
+            let mut next = photons.iter().cycle();
+            bencher.iter(|| {
+                let mut sum = 0.0;
+                let &p = next.next().unwrap_or(&Vec3::ZERO);
+                tree.query(p, radius, |_, distance_squared| sum += distance_squared);
+                sum
+            });
+        });
+    }
+}
+
+criterion_group!(benches, beams, points);
+criterion_main!(benches);

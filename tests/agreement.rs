@@ -1,0 +1,469 @@
+//! `vpt` against references that Mitsuba's own path tracers rendered, scene by scene.
+//!
+//! Each scene in `tests/agreement/scenes` is rendered from several independent seeds by the binary,
+//! and judged against `tests/agreement/references` (see `make_references.py`) by the tests of
+//! `support/stats.rs`:
+//!
+//! - the mean of the image may be off by 0.5 %, that of a block of 8 x 8 pixels by 2 %, per colour
+//!   channel. These bounds are for what the radii of the density estimate do; they hold for the
+//!   bias, and the noise of both sides comes on top;
+//! - all tests of one table together raise a false alarm with a probability of 0.001 at most, half of
+//!   it for the images and half for the blocks, which are many more (Bonferroni's correction within
+//!   each half: it holds however the tests depend on each other, as blocks under the same photons do);
+//! - a scene that passes must have been able to fail: where a bias of 2 % of the image, or 8 % of
+//!   the median block, could hide in the noise, the test fails too.
+//!
+//! A scene that fails leaves expected, actual and difference in
+//! `target/agreement/<scene>/<variant>`. `VPT_AGREEMENT_ONLY=name,name` narrows the long table
+//! down, `VPT_AGREEMENT_VARIANT` renders it in another variant.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+#[path = "support/image.rs"]
+mod image;
+#[path = "support/stats.rs"]
+mod stats;
+
+use image::Image;
+use stats::{Comparison, Reference, Verdict, BLOCK};
+
+const IMAGE_BOUND: f64 = 0.005;
+const BLOCK_BOUND: f64 = 0.02;
+const FALSE_ALARM: f64 = 1e-3;
+const DETECTABLE_IMAGE_BIAS: f64 = 0.02;
+const DETECTABLE_BLOCK_BIAS: f64 = 0.08;
+
+const FAST_SEEDS: usize = 8;
+const LONG_SEEDS: usize = 16;
+
+/// How a scene is rendered: `passes` passes of `photons` emitted walks each, starting with these
+/// radii in scene units.
+struct Case {
+    scene: &'static str,
+    passes: u32,
+    photons: u32,
+    surface_radius: f32,
+    medium_radius: f32,
+}
+
+const fn case(
+    scene: &'static str,
+    passes: u32,
+    photons: u32,
+    surface_radius: f32,
+    medium_radius: f32,
+) -> Case {
+    Case {
+        scene,
+        passes,
+        photons,
+        surface_radius,
+        medium_radius,
+    }
+}
+
+/// The scenes are about two units wide; the radii are 1.5 % of that.
+const TABLE: [Case; 27] = [
+    case("albedo_grid", 16, 40_000, 0.03, 0.03),
+    case("ball_rayleigh", 16, 40_000, 0.03, 0.03),
+    case("beam", 16, 40_000, 0.03, 0.03),
+    case("blend_point", 16, 40_000, 0.03, 0.03),
+    case("box_constant", 16, 40_000, 0.03, 0.03),
+    case("box_directional", 16, 40_000, 0.03, 0.03),
+    case("cloud_in_fog", 16, 40_000, 0.03, 0.03),
+    case("extinction_box", 16, 40_000, 0.03, 0.03),
+    case("extinction_room", 16, 40_000, 0.03, 0.03),
+    case("fibres_sggx", 16, 40_000, 0.03, 0.03),
+    case("fog_room", 16, 40_000, 0.03, 0.03),
+    case("fog_sunsky", 16, 40_000, 0.03, 0.03),
+    case("fog_unbounded", 16, 40_000, 0.03, 0.03),
+    case("glass_ball", 16, 40_000, 0.03, 0.03),
+    case("glass_in_fog", 16, 40_000, 0.03, 0.03),
+    case("glossy_constant", 16, 40_000, 0.03, 0.03),
+    case("hidden_lamp", 16, 40_000, 0.03, 0.03),
+    case("instances_sunsky", 16, 40_000, 0.03, 0.03),
+    case("lamp_in_ball", 16, 40_000, 0.03, 0.03),
+    case("layers_envmap", 16, 40_000, 0.03, 0.03),
+    case("projector_crop", 16, 40_000, 0.03, 0.03),
+    case("projector_smoke", 16, 40_000, 0.03, 0.03),
+    case("room_diffuse", 16, 40_000, 0.03, 0.03),
+    case("rough_glass_box", 16, 40_000, 0.03, 0.03),
+    case("single_scatter", 16, 40_000, 0.03, 0.03),
+    case("smoke_spot", 16, 40_000, 0.03, 0.03),
+    case("textures_point_spot", 16, 40_000, 0.03, 0.03),
+];
+
+/// Surfaces alone, a foggy room, a null-BSDF box under a delta lamp, coloured extinction, a grid of
+/// smoke, a medium in glass.
+const FAST: [&str; 6] = [
+    "room_diffuse",
+    "fog_room",
+    "box_directional",
+    "extinction_box",
+    "smoke_spot",
+    "glass_ball",
+];
+const FAST_LLVM: [&str; 2] = ["fog_room", "smoke_spot"];
+
+#[test]
+fn fast_scenes_agree_in_scalar_rgb() {
+    judge(
+        &cases(|scene| FAST.contains(&scene)),
+        "scalar_rgb",
+        None,
+        FAST_SEEDS,
+    );
+}
+
+#[test]
+fn fast_scenes_agree_in_llvm_ad_rgb() {
+    match find_llvm() {
+        Ok(llvm) => judge(
+            &cases(|scene| FAST_LLVM.contains(&scene)),
+            "llvm_ad_rgb",
+            Some(&llvm),
+            FAST_SEEDS,
+        ),
+        Err(reason) => {
+            assert!(
+                env::var_os("VPT_REQUIRE_LLVM").is_none_or(|v| v != "1"),
+                "VPT_REQUIRE_LLVM=1, but {reason}"
+            );
+            println!("skipped fast_scenes_agree_in_llvm_ad_rgb: {reason}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "long: just agreement"]
+fn every_scene_agrees() {
+    let variant = env::var("VPT_AGREEMENT_VARIANT").unwrap_or("scalar_rgb".into());
+    let only = env::var("VPT_AGREEMENT_ONLY").ok();
+    let llvm = variant.starts_with("llvm").then(|| find_llvm().unwrap());
+    let chosen = cases(|scene| {
+        only.as_ref()
+            .is_none_or(|names| names.split(',').any(|name| name == scene))
+    });
+    judge(&chosen, &variant, llvm.as_deref(), LONG_SEEDS);
+}
+
+/// Neither a scene without a case, nor a reference without a scene: what is not in the table is not
+/// tested.
+#[test]
+fn scenes_references_and_cases_are_the_same_set() {
+    let table: BTreeSet<String> = TABLE.iter().map(|case| case.scene.to_string()).collect();
+    assert_eq!(table, file_stems("scenes", "xml"));
+    assert_eq!(table, file_stems("references", "exr"));
+    assert!(FAST
+        .iter()
+        .chain(&FAST_LLVM)
+        .all(|scene| table.contains(*scene)));
+}
+
+/// The references are precise enough for the bounds: one standard error is at most 0.1 % for the
+/// image and 0.5 % for each block. Compared with copies of itself, which have no variance, a
+/// reference shows its own error.
+#[test]
+fn references_are_precise() {
+    for case in &TABLE {
+        let reference = read_reference(case.scene).unwrap();
+        let verdict = Verdict::new(
+            &[reference.mean.clone(), reference.mean.clone()],
+            &reference,
+            0.0,
+            0.0,
+        );
+        let worst = |list: &[Comparison]| list.iter().map(|c| c.error).fold(0.0, f64::max);
+        let (image, block) = (worst(&verdict.image), worst(&verdict.blocks));
+        assert!(
+            image <= 0.001 && block <= 0.005,
+            "{}: image {image}, block {block}",
+            case.scene
+        );
+    }
+}
+
+/// Render and judge `cases` and print the table; panic with all that is wrong.
+fn judge(cases: &[&Case], variant: &str, llvm: Option<&Path>, seeds: usize) {
+    assert!(!cases.is_empty(), "no such scene");
+    let image_level = 0.5 * FALSE_ALARM / (3 * cases.len()) as f64;
+    let block_level = 0.5 * FALSE_ALARM / (3 * 64 * cases.len()) as f64;
+    println!(
+        "\n{variant}, {seeds} seeds\n{:20} {:>7} {:>7} {:>7} {:>6} | {:>8} {:>6} {:>6} | {:>7}",
+        "scene", "mean", "dev %", "z", "sees %", "block %", "z", "sees %", "seconds"
+    );
+    let mut failures = Vec::new();
+    for case in cases {
+        let start = Instant::now();
+        let folder = output_folder(case.scene, variant);
+        let outcome = render_runs(case, variant, llvm, seeds, &folder)
+            .and_then(|runs| Ok((read_reference(case.scene)?, runs)))
+            .and_then(|(reference, runs)| {
+                match runs.iter().find(|run| !same_size(run, &reference.mean)) {
+                    Some(run) => Err(format!(
+                        "the image has {} x {} pixels",
+                        run.width, run.height
+                    )),
+                    None => Ok((reference, runs)),
+                }
+            });
+        let (reference, runs) = match outcome {
+            Ok(both) => both,
+            Err(error) => {
+                println!("{:20} {error}", case.scene);
+                failures.push(format!("{}: {error}", case.scene));
+                continue;
+            }
+        };
+        let verdict = Verdict::new(&runs, &reference, IMAGE_BOUND, BLOCK_BOUND);
+        let (image, block) = (
+            Verdict::worst(&verdict.image),
+            Verdict::worst(&verdict.blocks),
+        );
+        let image_sees = verdict
+            .image
+            .iter()
+            .map(|c| c.detectable(image_level))
+            .fold(0.0, f64::max);
+        let block_sees = verdict.median_detectable(block_level);
+        println!(
+            "{:20} {:7.4} {:7.2} {:7.1} {:6.2} | {:8.2} {:6.1} {:6.1} | {:7.1}",
+            case.scene,
+            image.ratio,
+            100.0 * image.deviation,
+            image.z(),
+            100.0 * image_sees,
+            100.0 * block.deviation,
+            block.z(),
+            100.0 * block_sees,
+            start.elapsed().as_secs_f64()
+        );
+
+        let mut wrong = Vec::new();
+        if verdict.image.iter().any(|c| c.rejected(image_level)) {
+            wrong.push(format!(
+                "the mean is off by {:.2} %",
+                100.0 * image.deviation
+            ));
+        }
+        let bad_blocks = (0..verdict.blocks.len())
+            .filter(|&i| verdict.blocks[i].rejected(block_level))
+            .map(|i| i / 3);
+        let bad_blocks: BTreeSet<usize> = bad_blocks.collect();
+        if !bad_blocks.is_empty() {
+            let columns = reference.mean.width / BLOCK;
+            let places: Vec<_> = bad_blocks
+                .iter()
+                .map(|b| (b % columns, b / columns))
+                .collect();
+            wrong.push(format!(
+                "blocks (column, row) {places:?} are off, the worst by {:.1} %",
+                100.0 * block.deviation
+            ));
+        }
+        if !(image_sees <= DETECTABLE_IMAGE_BIAS && block_sees <= DETECTABLE_BLOCK_BIAS) {
+            wrong.push("too noisy to judge: more photons or seeds are needed".into());
+        }
+        if wrong.is_empty() {
+            fs::remove_dir_all(&folder).unwrap();
+        } else {
+            write_evidence(&folder, &runs, &reference.mean).unwrap();
+            failures.push(format!(
+                "{}: {}, see {}",
+                case.scene,
+                wrong.join("; "),
+                folder.display()
+            ));
+        }
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+fn render_runs(
+    case: &Case,
+    variant: &str,
+    llvm: Option<&Path>,
+    seeds: usize,
+    folder: &Path,
+) -> Result<Vec<Image>, String> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(|e| e.to_string())?;
+    }
+    fs::create_dir_all(folder).map_err(|e| e.to_string())?;
+    (0..seeds)
+        .map(|seed| {
+            render(
+                case,
+                variant,
+                llvm,
+                seed,
+                &folder.join(format!("seed-{seed}.exr")),
+            )
+        })
+        .collect()
+}
+
+fn render(
+    case: &Case,
+    variant: &str,
+    llvm: Option<&Path>,
+    seed: usize,
+    out: &Path,
+) -> Result<Image, String> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vpt"));
+    command
+        .arg("render")
+        .arg(agreement_folder("scenes").join(format!("{}.xml", case.scene)));
+    command
+        .args(["--variant", variant])
+        .args(["--passes", &case.passes.to_string()]);
+    command
+        .args(["--seed", &seed.to_string()])
+        .arg("-o")
+        .arg(out);
+    command.args(["--set", &format!("photons={}", case.photons)]);
+    command.args(["--set", &format!("surface_radius={}", case.surface_radius)]);
+    command.args(["--set", &format!("medium_radius={}", case.medium_radius)]);
+    if let Some(llvm) = llvm {
+        command.env("DRJIT_LIBLLVM_PATH", llvm);
+    }
+    let output = command.output().map_err(|e| e.to_string())?;
+    if !output.status.success() {
+        return Err(format!(
+            "seed {seed}: {}\n{}",
+            output.status,
+            String::from_utf8_lossy(&output.stderr)
+        ));
+    }
+    Image::read_exr(out, "")
+}
+
+fn read_reference(scene: &str) -> Result<Reference, String> {
+    let folder = agreement_folder("references");
+    let path = folder.join(format!("{scene}.exr"));
+    let index = fs::read_to_string(folder.join("references.json")).map_err(|e| e.to_string())?;
+    let index: serde_json::Value = serde_json::from_str(&index).map_err(|e| e.to_string())?;
+    let seeds = index[scene]["seeds"]
+        .as_f64()
+        .ok_or(format!("references.json does not know {scene}"))?;
+    Ok(Reference {
+        mean: Image::read_exr(&path, "")?,
+        variance: Image::read_exr(&path, "var.")?,
+        freedom: seeds - 1.0,
+    })
+}
+
+/// Expected, actual and difference, as EXR with the values and as PNG to look at. In the PNG of the
+/// difference grey is none, black and white are a fifth of the white of the other two.
+fn write_evidence(folder: &Path, runs: &[Image], expected: &Image) -> Result<(), String> {
+    let each = |pixel: &dyn Fn(usize, usize) -> f32| {
+        Image::from_fn(expected.width, expected.height, |x, y| {
+            [0, 1, 2].map(|c| pixel(y * expected.width + x, c))
+        })
+    };
+    let actual =
+        each(&|i, c| runs.iter().map(|run| run.pixels[i][c]).sum::<f32>() / runs.len() as f32);
+    let difference = each(&|i, c| actual.pixels[i][c] - expected.pixels[i][c]);
+    let white = 3.0 * expected.mean().into_iter().fold(0.0, f64::max) as f32;
+    let shown_difference = each(&|i, c| 0.5 * white + 2.5 * difference.pixels[i][c]);
+    expected.write_exr(&folder.join("expected.exr"))?;
+    actual.write_exr(&folder.join("actual.exr"))?;
+    difference.write_exr(&folder.join("difference.exr"))?;
+    expected.write_png(&folder.join("expected.png"), white)?;
+    actual.write_png(&folder.join("actual.png"), white)?;
+    shown_difference.write_png(&folder.join("difference.png"), white)
+}
+
+/// The libLLVM that Dr.Jit shall load: what DRJIT_LIBLLVM_PATH names, or the newest installed.
+/// Dr.Jit 1.5 emits `llvm.minimum`, which LLVM lowers for x86 since version 17; older ones abort
+/// the process.
+fn find_llvm() -> Result<PathBuf, String> {
+    const OLDEST: u32 = 17;
+    if let Some(path) = env::var_os("DRJIT_LIBLLVM_PATH").map(PathBuf::from) {
+        let reason = format!("DRJIT_LIBLLVM_PATH={} does not exist", path.display());
+        return path.exists().then_some(path).ok_or(reason);
+    }
+    let folders = [
+        "/usr/lib/x86_64-linux-gnu",
+        "/usr/lib/aarch64-linux-gnu",
+        "/usr/lib64",
+        "/usr/lib",
+        "/usr/local/lib",
+    ];
+    let files = folders
+        .iter()
+        .filter_map(|folder| fs::read_dir(folder).ok())
+        .flatten()
+        .flatten();
+    let libraries =
+        files.filter_map(|file| Some((llvm_version(file.file_name().to_str()?)?, file.path())));
+    match libraries.max() {
+        Some((version, path)) if version >= OLDEST => Ok(path),
+        Some((version, path)) => Err(format!(
+            "{} is LLVM {version}, Dr.Jit needs {OLDEST}",
+            path.display()
+        )),
+        None => Err(format!("no libLLVM in {}", folders.join(", "))),
+    }
+}
+
+/// The major version in `libLLVM-15.so.1` or `libLLVM.so.19.1`.
+fn llvm_version(file_name: &str) -> Option<u32> {
+    let rest = file_name.strip_prefix("libLLVM")?;
+    let rest = rest.strip_prefix('-').or(rest.strip_prefix(".so."))?;
+    rest.split('.').next()?.parse().ok()
+}
+
+#[test]
+fn llvm_versions_from_file_names() {
+    let names = [
+        "libLLVM-15.so.1",
+        "libLLVM.so.19.1",
+        "libLLVM-19.so",
+        "libLLVM.so",
+        "libLLVMTableGen.so.19",
+    ];
+    assert_eq!(
+        names.map(llvm_version),
+        [Some(15), Some(19), Some(19), None, None]
+    );
+}
+
+fn cases(wanted: impl Fn(&str) -> bool) -> Vec<&'static Case> {
+    const CASES: &[Case] = &TABLE;
+    CASES.iter().filter(|case| wanted(case.scene)).collect()
+}
+
+fn same_size(a: &Image, b: &Image) -> bool {
+    (a.width, a.height) == (b.width, b.height)
+}
+
+fn agreement_folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/agreement")
+        .join(name)
+}
+
+/// `target/agreement/<scene>/<variant>`, wherever `target` is.
+fn output_folder(scene: &str, variant: &str) -> PathBuf {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .parent()
+        .expect("target/tmp lies in target");
+    target.join("agreement").join(scene).join(variant)
+}
+
+/// The names of the files in `folder` with this extension, without it and without the twins
+/// `*.reference.xml`.
+fn file_stems(folder: &str, extension: &str) -> BTreeSet<String> {
+    let suffix = format!(".{extension}");
+    let files = fs::read_dir(agreement_folder(folder))
+        .unwrap()
+        .map(|file| file.unwrap().file_name());
+    let stems = files.filter_map(|name| Some(name.to_str()?.strip_suffix(&suffix)?.to_string()));
+    stems.filter(|stem| !stem.ends_with(".reference")).collect()
+}

@@ -666,7 +666,7 @@ fn hidden_emitters_are_looked_through() {
 // R² ~ k^(2 (alpha - 1) / 3): variance ~ n^(-(1 + 2 alpha) / 3), bias ~ n^(2 (alpha - 1) / 3).
 // The sums below are exact for every n, not only in the limit.
 
-const ALPHA: f64 = 0.7;
+const ALPHA: f64 = 0.4;
 /// Numbers of passes that the convergence tests render.
 const PASSES: [u32; 4] = [1, 4, 16, 64];
 
@@ -769,7 +769,7 @@ fn bias_falls_with_passes() {
     let world = World::new(scene);
     let (mut measured, mut predicted, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for n in PASSES {
-        let parameters = passes(n, 4000, radius as f32, Schedule::Matched);
+        let parameters = passes(n, 9000, radius as f32, Schedule::Matched);
         let radiance = Estimate::of(&film_means(&world, &parameters, 64 * effort())[GREY]);
         let unit = PI / f64::from(HALF);
         let (mean, error) = (unit * radiance.mean, unit * radiance.standard_error);

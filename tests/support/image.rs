@@ -1,6 +1,5 @@
 //! Images as the tests need them: RGB in `f32`, read from and written to EXR, shown as PNG.
 
-use std::fs;
 use std::path::Path;
 
 use exr::prelude::{f16, read_first_flat_layer_from_file, write_rgb_file, FlatSamples};

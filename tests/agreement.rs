@@ -7,9 +7,9 @@
 //! - the mean of the image may be off by 0.5 %, that of a block of 8 x 8 pixels by 2 %, per colour
 //!   channel. These bounds are for what the radii of the density estimate do; they hold for the
 //!   bias, and the noise of both sides comes on top;
-//! - all tests of one table together raise a false alarm with a probability of 0.001 at most, half of
-//!   it for the images and half for the blocks, which are many more (Bonferroni's correction within
-//!   each half: it holds however the tests depend on each other, as blocks under the same photons do);
+//! - all tests of one table together raise a false alarm with a probability of 0.001 at most, half
+//!   of it for the images and half for the blocks, which are many more (Bonferroni's correction
+//!   within each half: it holds for dependent tests too, as blocks under the same photons are);
 //! - a scene that passes must have been able to fail: where a bias of 2 % of the image, or 8 % of
 //!   the median block, could hide in the noise, the test fails too.
 //!
@@ -164,87 +164,93 @@ fn references_are_precise() {
     }
 }
 
+/// The levels at which one test rejects, such that the whole table keeps `FALSE_ALARM`.
+struct Levels {
+    image: f64,
+    block: f64,
+}
+
 /// Render and judge `cases` and print the table; panic with all that is wrong.
 fn judge(cases: &[&Case], variant: &str, llvm: Option<&Path>, seeds: usize) {
     assert!(!cases.is_empty(), "no such scene");
-    let image_level = 0.5 * FALSE_ALARM / (3 * cases.len()) as f64;
-    let block_level = 0.5 * FALSE_ALARM / (3 * 64 * cases.len()) as f64;
+    let levels = Levels {
+        image: 0.5 * FALSE_ALARM / (3 * cases.len()) as f64,
+        block: 0.5 * FALSE_ALARM / (3 * 64 * cases.len()) as f64,
+    };
     println!(
         "\n{variant}, {seeds} seeds\n{:20} {:>7} {:>7} {:>7} {:>6} | {:>8} {:>6} {:>6} | {:>7}",
         "scene", "mean", "dev %", "z", "sees %", "block %", "z", "sees %", "seconds"
     );
-    let mut failures = Vec::new();
-    for case in cases {
-        let start = Instant::now();
-        let folder = output_folder(case.scene, variant);
-        let outcome = render_runs(case, variant, llvm, seeds, &folder)
-            .and_then(|runs| Ok((read_reference(case.scene)?, runs)))
-            .and_then(|(reference, runs)| {
-                match runs.iter().find(|run| !same_size(run, &reference.mean)) {
-                    Some(run) => {
-                        Err(format!("the image has {} x {} pixels", run.width, run.height))
-                    }
-                    None => Ok((reference, runs)),
-                }
-            });
-        let (reference, runs) = match outcome {
-            Ok(both) => both,
-            Err(error) => {
-                println!("{:20} {error}", case.scene);
-                failures.push(format!("{}: {error}", case.scene));
-                continue;
-            }
-        };
-        let verdict = Verdict::new(&runs, &reference, IMAGE_BOUND, BLOCK_BOUND);
-        let (image, block) = (Verdict::worst(&verdict.image), Verdict::worst(&verdict.blocks));
-        let image_sees =
-            verdict.image.iter().map(|c| c.detectable(image_level)).fold(0.0, f64::max);
-        let block_sees = verdict.median_detectable(block_level);
-        println!(
-            "{:20} {:7.4} {:7.2} {:7.1} {:6.2} | {:8.2} {:6.1} {:6.1} | {:7.1}",
-            case.scene,
-            image.ratio,
-            100.0 * image.deviation,
-            image.z(),
-            100.0 * image_sees,
-            100.0 * block.deviation,
-            block.z(),
-            100.0 * block_sees,
-            start.elapsed().as_secs_f64()
-        );
-
-        let mut wrong = Vec::new();
-        if verdict.image.iter().any(|c| c.rejected(image_level)) {
-            wrong.push(format!("the mean is off by {:.2} %", 100.0 * image.deviation));
-        }
-        let bad_blocks = (0..verdict.blocks.len())
-            .filter(|&i| verdict.blocks[i].rejected(block_level))
-            .map(|i| i / 3);
-        let bad_blocks: BTreeSet<usize> = bad_blocks.collect();
-        if !bad_blocks.is_empty() {
-            let columns = reference.mean.width / BLOCK;
-            let places: Vec<_> = bad_blocks.iter().map(|b| (b % columns, b / columns)).collect();
-            wrong.push(format!(
-                "blocks (column, row) {places:?} are off, the worst by {:.1} %",
-                100.0 * block.deviation
-            ));
-        }
-        if !(image_sees <= DETECTABLE_IMAGE_BIAS && block_sees <= DETECTABLE_BLOCK_BIAS) {
-            wrong.push("too noisy to judge: more photons or seeds are needed".into());
-        }
-        if wrong.is_empty() {
-            fs::remove_dir_all(&folder).unwrap();
-        } else {
-            write_evidence(&folder, &runs, &reference.mean).unwrap();
-            failures.push(format!(
-                "{}: {}, see {}",
-                case.scene,
-                wrong.join("; "),
-                folder.display()
-            ));
-        }
-    }
+    let judged = cases.iter().map(|case| (case, judge_scene(case, variant, llvm, seeds, &levels)));
+    let failures: Vec<String> = judged
+        .filter_map(|(case, result)| Some(format!("{}: {}", case.scene, result.err()?)))
+        .collect();
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+fn judge_scene(
+    case: &Case,
+    variant: &str,
+    llvm: Option<&Path>,
+    seeds: usize,
+    levels: &Levels,
+) -> Result<(), String> {
+    let start = Instant::now();
+    let folder = output_folder(case.scene, variant);
+    let reference = read_reference(case.scene)?;
+    let runs = render_runs(case, variant, llvm, seeds, &folder)?;
+    let size = |image: &Image| (image.width, image.height);
+    if let Some(run) = runs.iter().find(|run| size(run) != size(&reference.mean)) {
+        return Err(format!("the size of the image is {:?}", size(run)));
+    }
+    let verdict = Verdict::new(&runs, &reference, IMAGE_BOUND, BLOCK_BOUND);
+    print_row(case.scene, &verdict, levels, start.elapsed().as_secs_f64());
+
+    let faults = faults(&verdict, levels, reference.mean.width / BLOCK);
+    if faults.is_empty() {
+        return fs::remove_dir_all(&folder).map_err(|e| e.to_string());
+    }
+    write_evidence(&folder, &runs, &reference.mean)?;
+    Err(format!("{}, see {}", faults.join("; "), folder.display()))
+}
+
+/// The least believable colour of the image and the least believable block, each with its z-score
+/// and with the bias that the noise would let one see.
+fn print_row(scene: &str, verdict: &Verdict, levels: &Levels, seconds: f64) {
+    let image = Verdict::worst(&verdict.image);
+    let block = Verdict::worst(&verdict.blocks);
+    println!(
+        "{scene:20} {:7.4} {:7.2} {:7.1} {:6.2} | {:8.2} {:6.1} {:6.1} | {seconds:7.1}",
+        image.ratio,
+        100.0 * image.deviation,
+        image.z(),
+        100.0 * verdict.detectable_in_image(levels.image),
+        100.0 * block.deviation,
+        block.z(),
+        100.0 * verdict.detectable_in_median_block(levels.block),
+    );
+}
+
+fn faults(verdict: &Verdict, levels: &Levels, columns: usize) -> Vec<String> {
+    let mut faults = Vec::new();
+    if verdict.image.iter().any(|c| c.rejected(levels.image)) {
+        let worst = Verdict::worst(&verdict.image);
+        faults.push(format!("the mean is off by {:.2} %", 100.0 * worst.deviation));
+    }
+    let places: BTreeSet<(usize, usize)> = (0..verdict.blocks.len())
+        .filter(|&i| verdict.blocks[i].rejected(levels.block))
+        .map(|i| (i / 3 % columns, i / 3 / columns))
+        .collect();
+    if !places.is_empty() {
+        let worst = 100.0 * Verdict::worst(&verdict.blocks).deviation;
+        faults.push(format!("blocks (column, row) {places:?} are off, the worst by {worst:.1} %"));
+    }
+    let sharp = verdict.detectable_in_image(levels.image) <= DETECTABLE_IMAGE_BIAS
+        && verdict.detectable_in_median_block(levels.block) <= DETECTABLE_BLOCK_BIAS;
+    if !sharp {
+        faults.push("too noisy to judge: it takes more photons or seeds".into());
+    }
+    faults
 }
 
 fn render_runs(
@@ -396,10 +402,6 @@ fn llvm_versions_from_file_names() {
 fn cases(wanted: impl Fn(&str) -> bool) -> Vec<&'static Case> {
     const CASES: &[Case] = &TABLE;
     CASES.iter().filter(|case| wanted(case.scene)).collect()
-}
-
-fn same_size(a: &Image, b: &Image) -> bool {
-    (a.width, a.height) == (b.width, b.height)
 }
 
 fn agreement_folder(name: &str) -> PathBuf {

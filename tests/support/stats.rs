@@ -79,7 +79,8 @@ impl Comparison {
     /// The largest probability of a deviation at least this large while |bias| <= bound. The
     /// largest is reached at the bound itself, say at +bound. There T = (D - bound) / error follows
     /// Student's t, and |D| >= |d| is T >= (|d| - bound) / error or T <= -(|d| + bound) / error.
-    /// With bound = 0 this is the two-sided t-test. A deviation that is no number has probability 0.
+    /// With bound = 0 this is the two-sided t-test. A deviation that is no number has a probability
+    /// of 0.
     pub fn p_value(&self) -> f64 {
         if !(self.deviation.is_finite() && self.error.is_finite()) {
             return 0.0;
@@ -154,13 +155,21 @@ impl Verdict {
             .expect("an image has blocks")
     }
 
-    /// The median over the blocks of what a block could detect.
-    pub fn median_detectable(&self, level: f64) -> f64 {
-        let mut biases: Vec<f64> =
-            self.blocks.iter().map(|block| block.detectable(level)).collect();
-        biases.sort_by(f64::total_cmp);
-        biases[biases.len() / 2]
+    /// What all colours of the image could detect.
+    pub fn detectable_in_image(&self, level: f64) -> f64 {
+        sorted_detectable(&self.image, level)[self.image.len() - 1]
     }
+
+    /// What half of the blocks could detect.
+    pub fn detectable_in_median_block(&self, level: f64) -> f64 {
+        sorted_detectable(&self.blocks, level)[self.blocks.len() / 2]
+    }
+}
+
+fn sorted_detectable(comparisons: &[Comparison], level: f64) -> Vec<f64> {
+    let mut biases: Vec<f64> = comparisons.iter().map(|c| c.detectable(level)).collect();
+    biases.sort_by(f64::total_cmp);
+    biases
 }
 
 /// Degrees of freedom of the difference of two means (Welch and Satterthwaite), at most 10^4,
@@ -280,10 +289,10 @@ mod tests {
         close(welch_freedom(estimate(3.0, 7.0), estimate(0.0, 100.0)), 7.0, 1e-14);
     }
 
-    /// With bound 0 and one degree of freedom, one standard error has the two-sided p-value 1/4 + 1/4.
-    /// At |d| = bound the near tail is 1/2 and the far one begins 2 bound / error from the centre: at
-    /// one standard error here, which leaves 1/4. Without any error the bound alone decides, and a
-    /// deviation that is no number is rejected.
+    /// With bound 0 and one degree of freedom, one standard error has the two-sided p-value 1/4 +
+    /// 1/4. At |d| = bound the near tail is 1/2 and the far one begins 2 bound / error from the
+    /// centre: at one standard error here, which leaves 1/4. Without any error the bound alone
+    /// decides, and a deviation that is no number is rejected.
     #[test]
     fn p_values_in_closed_form() {
         let comparison = |deviation, error, bound| Comparison {
@@ -392,7 +401,7 @@ mod tests {
         for seed in 0..10 {
             let verdict = synthetic(seed, |_, _| 1.01);
             assert!(image_rejected(&verdict) && !block_rejected(&verdict), "seed {seed}");
-            assert!(verdict.image.iter().all(|c| c.detectable(1e-3 / 3.0) < 0.01));
+            assert!(verdict.detectable_in_image(1e-3 / 3.0) < 0.01);
         }
     }
 
@@ -414,6 +423,21 @@ mod tests {
             assert_eq!(found, [10, 10, 10, 53, 53, 53], "seed {seed}");
             assert!(!image_rejected(&verdict), "seed {seed}");
         }
+    }
+
+    /// A bright block of 1.99 and a dark one of 0.01 make an image of mean 1. Where the runs have
+    /// 0.02 in the dark block, that is 0.01 too much of 0.1, the share `DARK` of the image's mean.
+    #[test]
+    fn a_dark_block_is_measured_against_the_image() {
+        let halves = |dark: f32| Image::from_fn(16, 8, |x, _| [if x < 8 { 1.99 } else { dark }; 3]);
+        let reference = Reference {
+            mean: halves(0.01),
+            variance: Image::from_fn(16, 8, |_, _| [0.0; 3]),
+            freedom: 15.0,
+        };
+        let verdict = Verdict::new(&[halves(0.02), halves(0.02)], &reference, 0.005, 0.02);
+        close(verdict.blocks[3].deviation, 0.1, 1e-6);
+        assert_eq!(verdict.blocks[0].deviation, 0.0);
     }
 
     /// Runs that do not differ at all, equal to a reference without variance: deviation 0 with

@@ -3,6 +3,7 @@
 
 #include "host.h"
 #include "observer.h"
+#include "register.h"
 
 #include <nanothread/nanothread.h>
 
@@ -15,6 +16,7 @@ public:
     MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Sampler)
 
     VptIntegrator(const Properties &props) : Base(props) {
+        vpt::require_usable_llvm(Base::Variant);
         m_method = props.get<std::string_view>("method", "ppt");
         m_radius_schedule = props.get<std::string_view>("radius_schedule", "matched");
         VptParameters defaults = vpt_default_parameters();

@@ -7,6 +7,17 @@ namespace vpt {
 
 using namespace mitsuba;
 
+void require_usable_llvm(std::string_view variant) {
+    int major = 0, minor = 0, patch = 0;
+    if (!string::starts_with(variant, "llvm_") || !jit_has_backend(JitBackend::LLVM))
+        return;
+    jit_llvm_version(&major, &minor, &patch);
+    if (major < 17)
+        Throw("vpt: Dr.Jit has loaded libLLVM %i, which ends the process on some of its instructions; install "
+              "libLLVM 17 or newer (Debian: apt install libllvm19), name it in DRJIT_LIBLLVM_PATH, or use "
+              "scalar_rgb", major);
+}
+
 // One build fits one Mitsuba: class layouts and vtables differ between versions.
 static bool fits_loaded_mitsuba() {
     return util::info_build(1).rfind("Mitsuba version " MI_VERSION " ", 0) == 0;

@@ -93,11 +93,13 @@ void start_backend(const std::string &variant) {
         return;
     JitBackend backend = string::starts_with(variant, "llvm_") ? JitBackend::LLVM : JitBackend::CUDA;
     jit_init(1u << (uint32_t) backend);
-    if (jit_has_backend(backend))
+    if (jit_has_backend(backend)) {
+        vpt::require_usable_llvm(variant);
         return;
+    }
     if (backend == JitBackend::LLVM)
         Throw("the variant \"%s\" needs the LLVM shared library, which was not found; install it (Debian: "
-              "apt install libllvm15) or name it in DRJIT_LIBLLVM_PATH, or use scalar_rgb", variant);
+              "apt install libllvm19) or name it in DRJIT_LIBLLVM_PATH, or use scalar_rgb", variant);
     Throw("the variant \"%s\" needs a CUDA driver and GPU, which were not found; use llvm_ad_rgb or scalar_rgb",
           variant);
 }

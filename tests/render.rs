@@ -1,0 +1,106 @@
+//! Whole renders by the binary: the same bits whatever the threads, and numbers that are not numbers.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+#[allow(dead_code)]
+#[path = "support/image.rs"]
+mod image;
+
+use image::Image;
+
+/// A closed room of fog whose albedo comes from a grid of 2 x 2 x 2 voxels.
+const SCENE: &str = r#"<scene version="3.0.0">
+    <integrator type="vpt"><integer name="max_depth" value="6"/></integrator>
+    <medium type="homogeneous" id="fog">
+        <float name="sigma_t" value="0.8"/>
+        <volume name="albedo" type="gridvolume">
+            <string name="filename" value="albedo.vol"/>
+            <string name="filter_type" value="nearest"/>
+            <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform>
+        </volume>
+    </medium>
+    <sensor type="perspective">
+        <transform name="to_world"><lookat origin="0, 0, -0.9" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <ref name="medium" id="fog"/>
+        <sampler type="independent"><integer name="sample_count" value="3"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="24"/><integer name="height" value="16"/>
+            <string name="component_format" value="float32"/>
+            <string name="pixel_format" value="rgb"/>
+        </film>
+    </sensor>
+    <shape type="cube">
+        <boolean name="flip_normals" value="true"/>
+        <bsdf type="diffuse"/>
+    </shape>
+    <emitter type="point">
+        <point name="position" x="0.2" y="0.7" z="0.1"/>
+        <ref id="fog"/>
+        <rgb name="intensity" value="3, 2, 1"/>
+    </emitter>
+</scene>"#;
+
+/// Mitsuba's grid format: "VOL", version 3, type 1 (f32), size, channels, bounds, values.
+fn write_scene(folder: &Path, albedo: [f32; 8]) {
+    let mut bytes = b"VOL\x03".to_vec();
+    for integer in [1i32, 2, 2, 2, 1] {
+        bytes.extend(integer.to_le_bytes());
+    }
+    for number in [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0].into_iter().chain(albedo) {
+        bytes.extend(number.to_le_bytes());
+    }
+    fs::write(folder.join("albedo.vol"), bytes).unwrap();
+    fs::write(folder.join("scene.xml"), SCENE).unwrap();
+}
+
+/// Renders the folder's scene and returns what it printed on stderr.
+fn render(folder: &Path, picture: &str, arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_vpt"))
+        .arg("render")
+        .arg(folder.join("scene.xml"))
+        .args(["--set", "photons=6000", "-q", "--stats"])
+        .arg(folder.join("stats.json"))
+        .arg("-o")
+        .arg(folder.join(picture))
+        .args(arguments)
+        .output()
+        .unwrap();
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{messages}");
+    messages
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_with_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path(), [0.9; 8]);
+    let bits = |threads: &str, seed: &str| {
+        render(folder.path(), "picture.exr", &["--threads", threads, "--seed", seed]);
+        fs::read(folder.path().join("picture.exr")).unwrap()
+    };
+    let one = bits("1", "5");
+    assert!(one == bits("2", "5"), "2 threads differ from 1");
+    assert!(one == bits("8", "5"), "8 threads differ from 1");
+    assert!(one != bits("1", "6"), "the seed changes nothing");
+}
+
+/// One voxel's albedo is not a number: photons that collide there are dropped, counted and reported,
+/// and the picture is that of the others.
+#[test]
+fn what_is_not_a_number_is_dropped_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut albedo = [0.9; 8];
+    albedo[5] = f32::NAN;
+    write_scene(folder.path(), albedo);
+    let messages = render(folder.path(), "picture.exr", &[]);
+    assert!(messages.contains("photons were not finite and were dropped"), "{messages}");
+    let stats = fs::read_to_string(folder.path().join("stats.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&stats).unwrap();
+    let dropped = stats["counters"]["dropped_photons"].as_u64().unwrap();
+    let collided = stats["counters"]["medium_photons"].as_u64().unwrap();
+    assert!(dropped > 0 && dropped < collided, "{dropped} dropped, {collided} kept");
+    let picture = Image::read_exr(&folder.path().join("picture.exr"), "").unwrap();
+    assert!(picture.mean().into_iter().all(|value| value.is_finite() && value > 0.0));
+}

@@ -10,7 +10,7 @@ use anyhow::{anyhow, Context};
 use std::io::IsTerminal;
 use std::time::Instant;
 use vpt::host::session::{LoadedScene, Session};
-use vpt::method::{Counters, Stats};
+use vpt::method::Stats;
 
 /// Loads, renders, writes. Nothing is rendered before everything that can be checked was checked.
 pub fn render(job: &RenderJob) -> Result<(), Failure> {
@@ -111,7 +111,7 @@ fn no_picture(ending: Ending) -> Failure {
 
 /// Prints the warnings, and the line that sums the render up.
 fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
-    for warning in stats.warnings.iter().chain(&dropped(&stats.counters)) {
+    for warning in &stats.warnings {
         say(&format!("warning: {warning}"));
     }
     if job.quiet {
@@ -127,25 +127,7 @@ fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
     ))
 }
 
-/// A warning if samples were dropped.
-fn dropped(counters: &Counters) -> Option<String> {
-    let Counters { dropped_photons, dropped_deposits, dropped_view_rays, .. } = *counters;
-    (dropped_photons + dropped_deposits + dropped_view_rays > 0).then(|| {
-        format!(
-            "samples that were not finite were dropped, so the picture may be too dark: \
-             {dropped_photons} photons, {dropped_deposits} deposits, {dropped_view_rays} view rays"
-        )
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn dropped_samples_are_counted_in_a_warning() {
-        assert_eq!(dropped(&Counters::default()), None);
-        let counters = Counters { dropped_deposits: 7, ..Counters::default() };
-        assert!(dropped(&counters).unwrap().contains("7 deposits"));
-    }
 }

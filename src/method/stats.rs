@@ -75,7 +75,11 @@ impl Counters {
         ]
         .into_iter()
         .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what} were not finite and were dropped"))
+        .map(|(count, what)| {
+            format!(
+                "{count} {what} were not finite and were dropped, so the picture may be too dark"
+            )
+        })
         .collect()
     }
 }

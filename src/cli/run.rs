@@ -126,8 +126,3 @@ fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
         text::seconds(stats.seconds)
     ))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-}

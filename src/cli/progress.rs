@@ -66,6 +66,13 @@ impl Reporter {
     }
 
     fn show(&mut self, progress: &Progress) {
+        if progress.passes_done == 0 {
+            let radii = progress.radii;
+            self.display.say(&format!(
+                "radii of the first pass: {:.3e} on surfaces, {:.3e} in media",
+                radii.surface, radii.medium
+            ));
+        }
         match &self.display {
             Display::Bar(bar) => {
                 let first = bar.length().is_none();

@@ -2,7 +2,7 @@
 
 use crate::math::Rgb;
 use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
-use crate::transport::photons::PixelSums;
+use crate::transport::deposits::PixelSums;
 use crate::transport::view::ViewPaths;
 
 /// Weighted sums per pixel and channel, as the scene's film lays them out (its reconstruction

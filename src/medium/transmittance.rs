@@ -56,6 +56,12 @@ impl TransmittanceTables {
         (a + (b - a) * (x - knot as f32)).attenuation()
     }
 
+    /// Distance along the beam at which the table ends: nothing is behind it.
+    pub fn end(&self, table: u32) -> f32 {
+        let Table { steps, start, spacing, .. } = self.tables[table as usize];
+        start + steps as f32 * spacing
+    }
+
     /// Takes over another set; returns what must be added to its table indices.
     pub fn append(&mut self, other: TransmittanceTables) -> u32 {
         let (offset, depth_offset) = (self.tables.len() as u32, self.depths.len() as u32);

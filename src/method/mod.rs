@@ -5,9 +5,10 @@ mod parameters;
 pub mod ppt;
 mod stats;
 
+pub use crate::transport::counters::Counters;
 pub use observer::{Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters};
-pub use stats::{Counters, PhaseSeconds, Stats};
+pub use stats::{PhaseSeconds, Stats};
 
 use crate::film::FilmSums;
 use crate::scene::{Scene, SceneError};

@@ -5,8 +5,9 @@ use super::{Counters, Observer, Outcome, Parameters, PhaseSeconds, Progress, Ren
 use crate::density::radius::{Radii, RadiusSequence};
 use crate::film::{add_jitter, FilmSums};
 use crate::scene::Scene;
+use crate::transport::deposits::PixelSums;
 use crate::transport::footprint::automatic_radii;
-use crate::transport::photons::{PhotonShooter, PixelSums};
+use crate::transport::photons::PhotonShooter;
 use crate::transport::receivers::Receivers;
 use crate::transport::view;
 use std::time::Instant;

@@ -1,5 +1,6 @@
 use super::Parameters;
 use crate::density::radius::Radii;
+use crate::transport::counters::Counters;
 use serde::Serialize;
 
 /// Seconds of wall time by phase, summed over the threads of batches that ran side by side.
@@ -15,26 +16,6 @@ pub struct PhaseSeconds {
     pub film: f64,
 }
 
-/// What was done, counted.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Counters {
-    pub view_rays: u64,
-    pub view_beams: u64,
-    pub visible_points: u64,
-    /// Walks emitted.
-    pub walks: u64,
-    /// Events that asked a tree: collisions in media and hits on smooth surfaces.
-    pub medium_photons: u64,
-    pub surface_photons: u64,
-    /// Photons that fell within a receiver's radius.
-    pub medium_deposits: u64,
-    pub surface_deposits: u64,
-    /// Samples that were not finite, and were dropped.
-    pub dropped_photons: u64,
-    pub dropped_deposits: u64,
-    pub dropped_view_rays: u64,
-}
-
 /// The report of a render, as written by `--stats`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stats {
@@ -47,39 +28,4 @@ pub struct Stats {
     pub final_radii: Radii,
     pub counters: Counters,
     pub warnings: Vec<String>,
-}
-
-impl Counters {
-    pub fn add(&mut self, o: &Counters) {
-        self.view_rays += o.view_rays;
-        self.view_beams += o.view_beams;
-        self.visible_points += o.visible_points;
-        self.walks += o.walks;
-        self.medium_photons += o.medium_photons;
-        self.surface_photons += o.surface_photons;
-        self.medium_deposits += o.medium_deposits;
-        self.surface_deposits += o.surface_deposits;
-        self.dropped_photons += o.dropped_photons;
-        self.dropped_deposits += o.dropped_deposits;
-        self.dropped_view_rays += o.dropped_view_rays;
-    }
-}
-
-impl Counters {
-    /// What was dropped, in sentences for the user.
-    pub fn warnings(&self) -> Vec<String> {
-        [
-            (self.dropped_photons, "photons"),
-            (self.dropped_deposits, "contributions of photons"),
-            (self.dropped_view_rays, "view rays"),
-        ]
-        .into_iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| {
-            format!(
-                "{count} {what} were not finite and were dropped, so the picture may be too dark"
-            )
-        })
-        .collect()
-    }
 }

@@ -4,6 +4,7 @@
 use crate::math::{uniform, Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::scene::*;
+use crate::transport::tabulate::tabulate;
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -13,9 +14,6 @@ use rayon::prelude::*;
 const OPAQUE_DEPTH: f32 = 20.7;
 /// A beam that meets nothing ends this many scene diagonals away, if it is not opaque before.
 const FAR_DIAGONALS: f32 = 1e4;
-/// Transmittance tables: points per step, and steps per beam at most.
-const SAMPLES_PER_STEP: usize = 2;
-const MAX_STEPS: usize = 512;
 /// Segments after which a ray path that never ends is given up (and counted).
 const MAX_SEGMENTS: usize = 4096;
 
@@ -209,7 +207,8 @@ impl<'a> Tracer<'a> {
         for _ in 0..MAX_SEGMENTS {
             uniform::fill(&mut self.rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
             walk.step(&numbers, &mut vertices)?;
-            let tables = self.tabulate(&vertices)?;
+            let (paths, rng, known) = (&self.paths, &mut self.rng, &mut self.out.tables);
+            let tables = tabulate(self.scene, &vertices, |lane| paths[lane].alive, rng, known)?;
             for (lane, &table) in tables.iter().enumerate() {
                 self.extend(lane, table, &vertices);
             }
@@ -288,9 +287,7 @@ impl<'a> Tracer<'a> {
                 length.min(visible_length(sigma_t, &description.bounds))
             }
             Extinction::Varying { .. } if table == NO_TABLE => return Rgb::ONE,
-            Extinction::Varying { .. } => {
-                length.min(FAR_DIAGONALS * description.bounds.diagonal().max(f32::MIN_POSITIVE))
-            }
+            Extinction::Varying { .. } => length.min(self.out.tables.end(table)),
         };
         let beam = BeamRecord {
             segment: Segment {
@@ -370,84 +367,6 @@ impl<'a> Tracer<'a> {
             path.alive = self.rng.random::<f32>() < survival;
             path.throughput = path.throughput / survival;
         }
-    }
-
-    /// Transmittance tables for the segments that cross varying media; [`NO_TABLE`] elsewhere.
-    fn tabulate(&mut self, v: &ViewVertices) -> SceneResult<Vec<u32>> {
-        let mut tables = vec![NO_TABLE; self.paths.len()];
-        let media = &self.scene.description().media;
-        let mut plans = Vec::new();
-        for lane in 0..self.paths.len() {
-            if !self.paths[lane].alive || v.medium[lane] == VACUUM {
-                continue;
-            }
-            if let Extinction::Varying { feature_size } = media[v.medium[lane] as usize].extinction
-            {
-                let bounds = media[v.medium[lane] as usize].bounds;
-                plans.extend(TablePlan::new(lane, feature_size, &bounds, v));
-            }
-        }
-        if plans.is_empty() {
-            return Ok(tables);
-        }
-        let mut sigma_t = Planes::default();
-        self.scene.extinction(&self.table_points(&plans, v), &mut sigma_t)?;
-        let mut first = 0;
-        for plan in &plans {
-            let scale = plan.spacing / SAMPLES_PER_STEP as f32;
-            let depths: Vec<Rgb> = (0..plan.steps)
-                .map(|step| {
-                    let start = first + step * SAMPLES_PER_STEP;
-                    (start..start + SAMPLES_PER_STEP)
-                        .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point) * scale)
-                })
-                .collect();
-            first += plan.steps * SAMPLES_PER_STEP;
-            tables[plan.lane] = self.out.tables.push(plan.start, plan.spacing, &depths);
-        }
-        Ok(tables)
-    }
-
-    /// Stratified points along each planned table: the sum over them is an unbiased optical depth.
-    fn table_points(&mut self, plans: &[TablePlan], v: &ViewVertices) -> ExtinctionPoints {
-        let total: usize = plans.iter().map(|plan| plan.steps * SAMPLES_PER_STEP).sum();
-        let mut points = ExtinctionPoints::default();
-        points.position.resize(total);
-        points.direction.resize(total);
-        for plan in plans {
-            let (origin, direction) = (v.origin.get(plan.lane), v.direction.get(plan.lane));
-            let spacing = plan.spacing / SAMPLES_PER_STEP as f32;
-            for sample in 0..plan.steps * SAMPLES_PER_STEP {
-                let t = plan.start + (sample as f32 + self.rng.random::<f32>()) * spacing;
-                let index = points.medium.len();
-                points.position.set(index, origin + direction * t);
-                points.direction.set(index, direction);
-                points.medium.push(v.medium[plan.lane]);
-            }
-        }
-        points
-    }
-}
-
-/// Where along a lane's segment the extinction is to be tabulated.
-struct TablePlan {
-    lane: usize,
-    start: f32,
-    spacing: f32,
-    steps: usize,
-}
-
-impl TablePlan {
-    /// None where the segment misses the medium's bounds.
-    fn new(lane: usize, feature_size: f32, bounds: &Aabb, v: &ViewVertices) -> Option<Self> {
-        let (start, end) = bounds.clip(v.origin.get(lane), v.direction.get(lane))?;
-        let end = end.min(v.length[lane]);
-        let extent = end - start;
-        if !(extent > 0.0 && extent.is_finite()) {
-            return None;
-        }
-        let steps = ((extent / feature_size).ceil() as usize).clamp(1, MAX_STEPS);
-        Some(TablePlan { lane, start, spacing: extent / steps as f32, steps })
     }
 }
 

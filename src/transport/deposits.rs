@@ -1,0 +1,79 @@
+//! What photons add to pixels, in an order that does not depend on the number of threads.
+
+use crate::math::Rgb;
+use rayon::prelude::*;
+
+/// Pixels are added up in this many independent shares, so that the order of additions within a pixel
+/// does not depend on the number of threads.
+const SHARES: usize = 32;
+
+/// What one photon adds to one pixel: radiance times the number of emitted walks.
+#[derive(Debug, Clone, Copy)]
+struct Deposit {
+    pixel: u32,
+    radiance: Rgb,
+}
+
+/// Deposits in the order of their photons, by share of the pixels.
+#[derive(Debug)]
+pub struct Deposits {
+    shares: Vec<Vec<Deposit>>,
+    pixels_per_share: usize,
+}
+
+impl Deposits {
+    pub fn new(pixels: usize) -> Self {
+        Deposits {
+            shares: (0..SHARES).map(|_| Vec::new()).collect(),
+            pixels_per_share: pixels.div_ceil(SHARES).max(1),
+        }
+    }
+
+    pub fn push(&mut self, pixel: u32, radiance: Rgb) {
+        self.shares[pixel as usize / self.pixels_per_share].push(Deposit { pixel, radiance });
+    }
+
+    pub fn append(&mut self, other: &mut Deposits) {
+        for (mine, theirs) in self.shares.iter_mut().zip(&mut other.shares) {
+            mine.append(theirs);
+        }
+    }
+
+    pub fn count(&self) -> usize {
+        self.shares.iter().map(Vec::len).sum()
+    }
+}
+
+/// Radiance sums per pixel, in f64: f32 sums stop moving.
+#[derive(Debug, Clone)]
+pub struct PixelSums {
+    sums: Vec<[f64; 3]>,
+}
+
+impl PixelSums {
+    pub fn new(pixels: usize) -> Self {
+        PixelSums { sums: vec![[0.0; 3]; pixels] }
+    }
+
+    pub fn get(&self, pixel: usize) -> [f64; 3] {
+        self.sums[pixel]
+    }
+
+    pub fn clear(&mut self) {
+        self.sums.fill([0.0; 3]);
+    }
+
+    /// Adds batches in their order, each pixel by one task.
+    pub fn add(&mut self, batches: &[Deposits], scale: f64) {
+        let Some(first) = batches.first() else { return };
+        self.sums.par_chunks_mut(first.pixels_per_share).enumerate().for_each(|(share, sums)| {
+            let start = share * first.pixels_per_share;
+            for deposit in batches.iter().flat_map(|batch| &batch.shares[share]) {
+                let sum = &mut sums[deposit.pixel as usize - start];
+                sum[0] += f64::from(deposit.radiance.r) * scale;
+                sum[1] += f64::from(deposit.radiance.g) * scale;
+                sum[2] += f64::from(deposit.radiance.b) * scale;
+            }
+        });
+    }
+}

@@ -39,7 +39,7 @@ const DETECTABLE_IMAGE_BIAS: f64 = 0.02;
 const DETECTABLE_BLOCK_BIAS: f64 = 0.08;
 
 const FAST_SEEDS: usize = 16;
-const LONG_SEEDS: usize = 32;
+const LONG_SEEDS: usize = 16;
 
 /// How a scene is rendered: `passes` passes of `photons` emitted walks each, starting with these
 /// radii in scene units.

@@ -10,7 +10,7 @@ fn peak_memory(photons: u64, folder: &Path) -> u64 {
     let stats = folder.join("stats.json");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/mitsuba_scenes/cornell_fog/scene.xml");
     let status = Command::new(env!("CARGO_BIN_EXE_vpt"))
-        .args(["render", scene, "-q", "--passes", "1", "-D", "resx=128", "-D", "resy=128"])
+        .args(["render", scene, "-q", "--passes", "1"])
         .args(["--set", &format!("photons={photons}")])
         .args(["--set", "surface_radius=0.02", "--set", "medium_radius=0.02"])
         .arg("-o")

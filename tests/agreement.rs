@@ -63,12 +63,12 @@ const fn case(
 
 /// The scenes are about two units wide; the radii are 1.2 % and 1.5 % of that.
 const TABLE: [Case; 27] = [
-    case("albedo_grid", 8, 100_000, 0.024, 0.03),
+    case("albedo_grid", 8, 400_000, 0.024, 0.03),
     case("ball_rayleigh", 8, 100_000, 0.024, 0.03),
     case("beam", 8, 100_000, 0.024, 0.03),
-    case("blend_point", 8, 100_000, 0.024, 0.03),
-    case("box_constant", 8, 100_000, 0.024, 0.03),
-    case("box_directional", 8, 200_000, 0.024, 0.03),
+    case("blend_point", 8, 800_000, 0.024, 0.03),
+    case("box_constant", 8, 450_000, 0.024, 0.03),
+    case("box_directional", 8, 320_000, 0.024, 0.03),
     case("cloud_in_fog", 8, 100_000, 0.024, 0.03),
     case("extinction_box", 8, 100_000, 0.024, 0.03),
     case("extinction_room", 8, 100_000, 0.024, 0.03),

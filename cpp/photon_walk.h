@@ -59,12 +59,12 @@ private:
     struct Flight {
         MediumInteraction3f mei;
         Ray3f ray;
-        Float remaining, travelled;
+        Float remaining;
         UnpolarizedSpectrum flux, density;
         UInt32 event;
         Float sample;
         Mask active, collided;
-        DRJIT_STRUCT(Flight, mei, ray, remaining, travelled, flux, density, event, sample, active, collided)
+        DRJIT_STRUCT(Flight, mei, ray, remaining, flux, density, event, sample, active, collided)
     };
 
     void emit(const Sensor *sensor, const float *numbers, size_t n, Walk &walk, size_t e) const {
@@ -133,7 +133,7 @@ private:
     // Delta tracking to the next real collision or to the surface. Beyond the first, the numbers of
     // null collisions are a hash of the step's own, so that a walk is a function of its numbers.
     Flight fly(const Walk &w, const SurfaceInteraction3f &si, const Numbers &u) const {
-        Flight f{ dr::zeros<MediumInteraction3f>(dr::width(w.flux)), w.ray, si.t, 0.f, w.flux, w.density,
+        Flight f{ dr::zeros<MediumInteraction3f>(dr::width(w.flux)), w.ray, si.t, w.flux, w.density,
                   0u, u.flight, w.active && w.medium != nullptr, false };
         if (dr::none_or<false>(f.active))
             return f;
@@ -174,7 +174,6 @@ private:
 
         dr::masked(f.ray.o, null) = f.mei.p;
         dr::masked(f.remaining, null) = f.remaining - f.mei.t;
-        dr::masked(f.travelled, inside) = f.travelled + f.mei.t;
         f.event += 1u;
         f.sample = sample_tea_float32<UInt32>(key, 2u * f.event);
         f.collided |= real;

@@ -13,7 +13,6 @@
 //!
 //! Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← tree ←
 //! transport ← film ← method ← host`. Symbols and equations: `docs/EQUATIONS.md`.
-#![deny(unsafe_code)]
 
 pub mod analytic;
 pub mod density;

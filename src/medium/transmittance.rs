@@ -70,8 +70,4 @@ impl TransmittanceTables {
         self.depths.extend(other.depths);
         offset
     }
-
-    pub fn memory_bytes(&self) -> usize {
-        self.tables.len() * size_of::<Table>() + self.depths.len() * size_of::<Rgb>()
-    }
 }

@@ -13,7 +13,7 @@ pub(super) const LARGE_LEAF: usize = 8;
 /// Cost of a node's visit in tests of one box's content.
 const NODE_COST: f32 = 2.0;
 
-/// Bins per axis, as in [Wald 2007].
+/// Most bins per axis, as in [Wald 2007]; ranges of fewer boxes make do with fewer.
 const BINS: usize = 16;
 
 /// Ranges with more boxes than this are divided by several threads. Fixed, so that the hierarchy
@@ -226,30 +226,37 @@ fn half_area(bounds: &Aabb) -> f32 {
 struct Grid {
     min: Vec3,
     scale: Vec3,
+    /// Bins per axis.
+    count: usize,
 }
 
 impl Grid {
-    fn over(middles: &Aabb) -> Self {
-        Self { min: middles.min, scale: BINS as f32 / middles.extent() }
+    fn over(range: &Range) -> Self {
+        let middles = &range.extents.middles;
+        let count = range.items.len().min(BINS);
+        Self { min: middles.min, scale: count as f32 / middles.extent(), count }
     }
 
     #[inline]
     fn bins(&self, item: &Item) -> [usize; 3] {
         let place = (item.middle() - self.min) * self.scale;
-        place.to_array().map(|x| (x as usize).min(BINS - 1))
+        place.to_array().map(|x| (x as usize).min(self.count - 1))
     }
 }
 
 /// Boxes and numbers of the items in each bin, axis by axis.
 struct Bins {
+    /// Bins per axis; the rest is empty.
+    count: usize,
     bounds: [[Aabb; BINS]; 3],
     counts: [[usize; BINS]; 3],
 }
 
 impl Bins {
     fn of(range: &Range) -> Self {
-        let grid = Grid::over(&range.extents.middles);
-        let empty = || Self { bounds: [[Aabb::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
+        let grid = Grid::over(range);
+        let count = grid.count;
+        let empty = || Self { count, bounds: [[Aabb::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
         let add = |mut bins: Self, item: &Item| {
             for (axis, bin) in grid.bins(item).into_iter().enumerate() {
                 bins.bounds[axis][bin] = bins.bounds[axis][bin].union(&item.bounds);
@@ -262,7 +269,7 @@ impl Bins {
 
     fn merge(mut self, other: Self) -> Self {
         for axis in 0..3 {
-            for bin in 0..BINS {
+            for bin in 0..self.count {
                 self.bounds[axis][bin] = self.bounds[axis][bin].union(&other.bounds[axis][bin]);
                 self.counts[axis][bin] += other.counts[axis][bin];
             }
@@ -274,7 +281,7 @@ impl Bins {
     fn cheapest(&self) -> Option<(f32, usize, usize)> {
         let candidates = (0..3).flat_map(|axis| {
             let costs = self.costs(axis);
-            (1..BINS).filter_map(move |bin| costs[bin].map(|cost| (cost, axis, bin)))
+            (1..self.count).filter_map(move |bin| costs[bin].map(|cost| (cost, axis, bin)))
         });
         candidates.min_by(|a, b| a.0.total_cmp(&b.0))
     }
@@ -284,14 +291,14 @@ impl Bins {
         let (bounds, counts) = (&self.bounds[axis], &self.counts[axis]);
         let mut above = [(0.0, 0); BINS];
         let (mut grown, mut count) = (Aabb::EMPTY, 0);
-        for bin in (1..BINS).rev() {
+        for bin in (1..self.count).rev() {
             grown = grown.union(&bounds[bin]);
             count += counts[bin];
             above[bin] = (half_area(&grown) * count as f32, count);
         }
         let mut costs = [None; BINS];
         (grown, count) = (Aabb::EMPTY, 0);
-        for bin in 1..BINS {
+        for bin in 1..self.count {
             grown = grown.union(&bounds[bin - 1]);
             count += counts[bin - 1];
             let divides = count > 0 && above[bin].1 > 0;
@@ -304,7 +311,7 @@ impl Bins {
 fn divide(range: Range, split: Split) -> [Range; 2] {
     let middle = match split {
         Split::Bin { axis, bin } => {
-            let grid = Grid::over(&range.extents.middles);
+            let grid = Grid::over(&range);
             partition(range.items, |item| grid.bins(item)[axis] < bin)
         }
         Split::Halves => range.items.len() / 2,

@@ -4,8 +4,8 @@ use super::bvh::{Bvh, Stats};
 use crate::math::{Aabb, Approach, Segment};
 
 /// Pieces that long beams are cut into, per beam on average; there are at most this many and one
-/// more. With fewer, boxes are large and view beams test pieces in vain; with more, memory and build
-/// grow and queries hardly gain.
+/// more. Boxes have an eighth of the surface of whole beams; time to build and memory grow in
+/// proportion.
 const PIECES_PER_BEAM: f64 = 8.0;
 
 /// Photon beams in a hierarchy that finds those within a radius of a view beam.

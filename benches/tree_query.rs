@@ -1,4 +1,5 @@
-//! Cost of the two kd-trees: per photon, and per build.
+//! Cost of the search structures: per photon, or per pass where photon maps are compared with the
+//! trees over what the camera sees.
 //!
 //! A pinhole camera looks into a unit box from one of its faces, photons lie evenly in the box, and
 //! the radius gives the mean photon ten pairs whatever the number of beams, so that sizes can be
@@ -12,10 +13,14 @@ use glam::Vec3;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use vpt::math::Segment;
-use vpt::tree::{ViewBeamTree, ViewPointTree};
+use vpt::tree::{PhotonBeams, PhotonDisks, ViewBeamTree, ViewPointTree};
 
 const PAIRS: f64 = 10.0;
 const PHOTONS: usize = 1 << 16;
+/// Pixels along a side where whole passes are compared.
+const PASS_SIDE: usize = 256;
+/// As many beams have some hundred times the pairs of as many photons.
+const PHOTON_BEAMS: usize = 1 << 12;
 
 fn random_in_cube(rng: &mut StdRng) -> Vec3 {
     Vec3::from_array(rng.random())
@@ -100,5 +105,75 @@ fn points(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, beams, points);
+/// The pairs of one pass, from either side: photons against the tree over view beams, and view beams
+/// against the map of photons. The structures find the same pairs.
+fn disk_pairs(criterion: &mut Criterion) {
+    let mut rng = StdRng::seed_from_u64(3);
+    let views = pinhole(PASS_SIDE, &mut rng);
+    let radius = beam_radius(&views);
+    let photons: Vec<_> = (0..PHOTONS).map(|_| random_in_cube(&mut rng)).collect();
+    let (tree, map) = (ViewBeamTree::build(&views), PhotonDisks::build(&photons));
+    eprintln!("tree {} MB, map {} MB", tree.memory_bytes() >> 20, map.memory_bytes() >> 20);
+
+    let mut group = criterion.benchmark_group("disk pairs of a pass");
+    group.sample_size(10);
+    group.bench_function("ViewBeamTree::query", |bencher| {
+        bencher.iter(|| {
+            let mut sum = 0.0;
+            for &p in &photons {
+                tree.query(p, radius, |_, t, distance_squared| sum += t + distance_squared);
+            }
+            sum
+        });
+    });
+    group.bench_function("PhotonDisks::build", |bencher| {
+        bencher.iter(|| PhotonDisks::build(black_box(&photons)));
+    });
+    group.bench_function("PhotonDisks::query", |bencher| {
+        bencher.iter(|| {
+            let mut sum = 0.0;
+            for view in &views {
+                map.query(view, radius, |_, t, distance_squared| sum += t + distance_squared);
+            }
+            sum
+        });
+    });
+}
+
+/// As `disk_pairs`, with photon beams between random places instead of photons.
+fn beam_pairs(criterion: &mut Criterion) {
+    let mut rng = StdRng::seed_from_u64(4);
+    let views = pinhole(PASS_SIDE, &mut rng);
+    let mut photon_beam = |_| Segment::between(random_in_cube(&mut rng), random_in_cube(&mut rng));
+    let photons: Vec<_> = (0..PHOTON_BEAMS).map(&mut photon_beam).collect();
+    let radius = beam_radius(&views);
+    let (tree, map) = (ViewBeamTree::build(&views), PhotonBeams::build(&photons));
+    eprintln!("tree {} MB, map {} MB", tree.memory_bytes() >> 20, map.memory_bytes() >> 20);
+
+    let mut group = criterion.benchmark_group("beam pairs of a pass");
+    group.sample_size(10);
+    group.bench_function("ViewBeamTree::query_segment", |bencher| {
+        bencher.iter(|| {
+            let mut sum = 0.0;
+            for photon in &photons {
+                tree.query_segment(photon, radius, |_, pair| sum += pair.t / pair.sine);
+            }
+            sum
+        });
+    });
+    group.bench_function("PhotonBeams::build", |bencher| {
+        bencher.iter(|| PhotonBeams::build(black_box(&photons)));
+    });
+    group.bench_function("PhotonBeams::query", |bencher| {
+        bencher.iter(|| {
+            let mut sum = 0.0;
+            for view in &views {
+                map.query(view, radius, |_, pair| sum += pair.t / pair.sine);
+            }
+            sum
+        });
+    });
+}
+
+criterion_group!(benches, beams, points, disk_pairs, beam_pairs);
 criterion_main!(benches);

@@ -9,6 +9,10 @@ use vpt::math::Segment;
 use vpt::tree::view_beam::{BuildOptions, SplitAxis};
 use vpt::tree::{ViewBeamTree, ViewPointTree};
 
+#[path = "support/segment_sets.rs"]
+mod segment_sets;
+use segment_sets::{box_of, pinhole, random_direction, random_in_cube, random_segments};
+
 /// Index, bits of `t`, bits of the squared distance.
 type Pair = (u32, u32, u32);
 
@@ -72,12 +76,6 @@ fn option_sets() -> [BuildOptions; 3] {
     [BuildOptions::default(), finest(SplitAxis::Largest), finest(SplitAxis::Relative)]
 }
 
-fn box_of(segments: &[Segment]) -> (Vec3, Vec3) {
-    let kept = segments.iter().filter(|segment| segment.is_finite());
-    let ends = kept.flat_map(|segment| [segment.origin, segment.at(segment.length)]);
-    ends.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), end| (min.min(end), max.max(end)))
-}
-
 /// Photons where mistakes hide: on beams and their ends, on the planes of a tree that halves the
 /// box, and anywhere.
 fn photons_around(segments: &[Segment], count: usize, rng: &mut StdRng) -> Vec<Vec3> {
@@ -96,34 +94,6 @@ fn photons_around(segments: &[Segment], count: usize, rng: &mut StdRng) -> Vec<V
         photons.push(min + random_in_cube(rng) * (max - min));
     }
     photons
-}
-
-fn random_in_cube(rng: &mut StdRng) -> Vec3 {
-    Vec3::from_array(rng.random())
-}
-
-fn random_direction(rng: &mut StdRng) -> Vec3 {
-    loop {
-        let v = 2.0 * random_in_cube(rng) - 1.0;
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return v.normalize();
-        }
-    }
-}
-
-fn random_segments(count: usize, rng: &mut StdRng) -> Vec<Segment> {
-    let between = |_| Segment::between(random_in_cube(rng), random_in_cube(rng));
-    (0..count).map(between).collect()
-}
-
-/// All rays of a pinhole camera at `apex`.
-fn pinhole(apex: Vec3, count: usize, rng: &mut StdRng) -> Vec<Segment> {
-    let mut ray = |_| Segment {
-        origin: apex,
-        direction: (Vec3::Z + 0.8 * (random_in_cube(rng) - 0.5)).normalize(),
-        length: rng.random_range(0.5..1.5),
-    };
-    (0..count).map(&mut ray).collect()
 }
 
 /// Runs a set through all options, with radii from far below to above its size.

@@ -1,10 +1,12 @@
 //! Vectors, colours, boxes, segments and random numbers. Depends on nothing else in the crate.
 
 mod aabb;
+mod approach;
 mod rgb;
 mod segment;
 pub mod uniform;
 
 pub use aabb::Aabb;
+pub use approach::Approach;
 pub use rgb::Rgb;
 pub use segment::Segment;

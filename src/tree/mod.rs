@@ -1,13 +1,25 @@
-//! The two kd-trees over what the camera sees [Collin 2013 §5.1].
+//! Search structures that pair photons with what the camera sees.
 //!
-//! Photons are shot and discarded; the trees stay. A photon that interacts in a medium asks
-//! [`ViewBeamTree`] for the view beams around it, one that lands on a surface asks
-//! [`ViewPointTree`] for the visible points. Neither tree knows a radius: it shrinks from pass to
-//! pass and is an argument of each query.
+//! Two are built once per jitter of the view rays, over what the camera sees [Collin 2013 §5.1];
+//! photons are shot, ask them, and are discarded. A photon that interacts in a medium, or the beam
+//! that led it there, asks [`ViewBeamTree`] for the view beams around it; one that lands on a surface
+//! asks [`ViewPointTree`] for the visible points.
+//!
+//! Two are built once per pass, over its photons, and asked by the view beams: [`PhotonDisks`]
+//! [Jarosz 2008] has the pairs of [`ViewBeamTree::query`], [`PhotonBeams`] [Jarosz 2011] those of
+//! [`ViewBeamTree::query_segment`], bit by bit. Both stand on the hierarchy [`Bvh`].
+//!
+//! None knows a radius: it shrinks from pass to pass and is an argument of each query.
 
+pub mod bvh;
+pub mod photon_beams;
+pub mod photon_disks;
 pub mod view_beam;
 pub mod view_point;
 
+pub use bvh::Bvh;
+pub use photon_beams::PhotonBeams;
+pub use photon_disks::PhotonDisks;
 pub use view_beam::ViewBeamTree;
 pub use view_point::ViewPointTree;
 

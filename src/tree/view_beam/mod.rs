@@ -16,6 +16,7 @@
 
 mod build;
 mod query;
+mod query_segment;
 mod validate;
 
 pub use build::{BuildOptions, SplitAxis};

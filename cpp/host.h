@@ -22,9 +22,10 @@ public:
     }
 
     VptHost table() {
-        return { VPT_ABI_VERSION, this,         &c_describe,   &c_view_rays,    &c_view_step,
-                 &c_view_free,    &c_emit,      &c_photon_step, &c_photon_free, &c_extinction,
-                 &c_eval_phase,   &c_store_points, &c_eval_bsdf, &c_splat,      &c_last_error };
+        return { VPT_ABI_VERSION, this,          &c_describe,     &c_view_rays,  &c_view_step,
+                 &c_view_free,    &c_emit,       &c_photon_step,  &c_photon_free, &c_extinction,
+                 &c_scattering,   &c_eval_phase, &c_store_points, &c_eval_bsdf,  &c_splat,
+                 &c_last_error };
     }
 
     VptDescription describe() const {
@@ -60,13 +61,11 @@ public:
     }
 
     void extinction(uint32_t n, const uint32_t *medium, const float *position, const float *direction, float *out) {
-        Writer<Float> writer(n);
-        for (size_t e = 0; e < element_count<Float>(n); ++e) {
-            MediumInteraction3f mei = interaction(n, e, medium, position, direction);
-            auto [sigma_s, sigma_n, sigma_t] = mei.medium->get_scattering_coefficients(mei, true);
-            writer.put3(out, e, sigma_t);
-        }
-        writer.flush();
+        coefficients<2>(n, medium, position, direction, out);
+    }
+
+    void scattering(uint32_t n, const uint32_t *medium, const float *position, const float *direction, float *out) {
+        coefficients<0>(n, medium, position, direction, out);
     }
 
     void eval_phase(uint32_t n, const uint32_t *medium, const float *position, const float *photon_direction,
@@ -135,6 +134,17 @@ public:
     }
 
 private:
+    // One of sigma_s, sigma_n and sigma_t.
+    template <size_t Which>
+    void coefficients(uint32_t n, const uint32_t *medium, const float *position, const float *direction, float *out) {
+        Writer<Float> writer(n);
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            MediumInteraction3f mei = interaction(n, e, medium, position, direction);
+            writer.put3(out, e, std::get<Which>(mei.medium->get_scattering_coefficients(mei, true)));
+        }
+        writer.flush();
+    }
+
     MediumInteraction3f interaction(uint32_t n, size_t e, const uint32_t *medium, const float *position,
                                     const float *direction) const {
         MediumInteraction3f mei = dr::zeros<MediumInteraction3f>(n);
@@ -222,6 +232,10 @@ private:
     static int32_t c_extinction(void *c, uint32_t n, const uint32_t *medium, const float *position,
                                 const float *direction, float *out) {
         return guarded([&] { self(c)->extinction(n, medium, position, direction, out); });
+    }
+    static int32_t c_scattering(void *c, uint32_t n, const uint32_t *medium, const float *position,
+                                const float *direction, float *out) {
+        return guarded([&] { self(c)->scattering(n, medium, position, direction, out); });
     }
     static int32_t c_eval_phase(void *c, uint32_t n, const uint32_t *medium, const float *position,
                                 const float *photon_direction, const float *view_direction, float *out) {

@@ -20,9 +20,9 @@ public:
         MediumPtr medium;
         UnpolarizedSpectrum flux, density;
         Float emitted;
-        UInt32 channel, depth, index;
+        UInt32 channel, depth, index, seed, steps;
         Mask active;
-        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, channel, depth, index, active)
+        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, channel, depth, index, seed, steps, active)
     };
 
     struct Numbers {
@@ -78,6 +78,9 @@ private:
         walk.emitted = dr::max(walk.flux);
         walk.channel = dr::minimum(UInt32(number(6) * 3.f), 2u);
         walk.depth = dr::zeros<UInt32>(n);
+        walk.seed = UInt32(number(7) * 0x1p24f);
+        // Opaque, so that Dr.Jit does not compile a kernel for each number of steps.
+        walk.steps = dr::opaque<UInt32>(0u, n);
         if constexpr (Jit)
             walk.index = dr::arange<UInt32>(n);
         else
@@ -95,10 +98,12 @@ private:
         UInt32 index = w.index, depth = w.depth;
 
         SurfaceInteraction3f si = m_scene->ray_intersect(w.ray, w.active);
+        put_start(w, out, writer, e);
         Flight flight = fly(w, si, u);
         Mask collided = flight.collided, surface = w.active && !collided && si.is_valid();
         w.flux = flight.flux;
         w.density = flight.density;
+        w.steps += 1u;
 
         BSDFPtr bsdf = nullptr;
         Mask receives = false;
@@ -116,7 +121,10 @@ private:
         writer.put(out.depth, e, depth);
         writer.put3(out.position, e, position);
         writer.put3(out.direction, e, direction);
-        writer.put(out.length, e, dr::select(collided || surface, dr::norm(position - origin), dr::Infinity<Float>));
+        Float length = dr::select(collided || surface, dr::norm(position - origin), dr::Infinity<Float>);
+        writer.put(out.length, e, length);
+        if (out.segment_reach) // rounding must not put a collision behind the surface
+            writer.put(out.segment_reach, e, dr::select(collided, dr::maximum(si.t, length), length));
         writer.put3(out.geometric_normal, e, Vector3f(si.n));
         writer.put3(out.flux, e, flux);
 
@@ -130,28 +138,61 @@ private:
         finish(w, u, scattered, alive && !invalid);
     }
 
-    // Delta tracking to the next real collision or to the surface. Beyond the first, the numbers of
-    // null collisions are a hash of the step's own, so that a walk is a function of its numbers.
+    // What is known of a segment before its free flight.
+    static void put_start(const Walk &w, const VptPhotonVertices &out, Writer<Float> &writer, size_t e) {
+        if (out.segment_origin)
+            writer.put3(out.segment_origin, e, w.ray.o);
+        if (out.segment_flux)
+            writer.put3(out.segment_flux, e, w.flux);
+        if (out.segment_density)
+            writer.put3(out.segment_density, e, w.density);
+    }
+
+    // The numbers of a free flight: the step's own, shifted by hashes of the walk's seed. Over the seed
+    // they are uniform and independent of each other and of the step's own (`u.lobe` serves again where
+    // the flight ends), and for one seed they are continuous in the step's own, modulo 1.
+    struct FlightNumbers {
+        Float flight, lobe;
+        UInt32 key;
+
+        FlightNumbers(const Numbers &u, const Walk &w)
+            : flight(u.flight), lobe(u.lobe), key(sample_tea_32(w.seed, w.steps).second) {}
+
+        // For the distance after as many null collisions.
+        Float distance(const UInt32 &event) const { return shifted(flight, 2u * event); }
+        // For whether a tentative collision is real.
+        Float acceptance(const UInt32 &event) const { return shifted(lobe, 2u * event + 1u); }
+
+    private:
+        // Below 1: the sum is below 2, since a hash has 23 bits and so is at most 1 - 2^-23.
+        Float shifted(const Float &number, const UInt32 &index) const {
+            Float sum = number + sample_tea_float32<UInt32>(key, index);
+            return dr::select(sum >= 1.f, sum - 1.f, sum);
+        }
+    };
+
+    // Delta tracking to the next real collision or to the surface.
     Flight fly(const Walk &w, const SurfaceInteraction3f &si, const Numbers &u) const {
         Flight f{ dr::zeros<MediumInteraction3f>(dr::width(w.flux)), w.ray, si.t, w.flux, w.density,
                   0u, u.flight, w.active && w.medium != nullptr, false };
         if (dr::none_or<false>(f.active))
             return f;
-        UInt32 key = dr::reinterpret_array<UInt32>(u.flight) ^ (dr::reinterpret_array<UInt32>(u.lobe) * 0x9e3779b9u);
+        FlightNumbers numbers(u, w);
         MediumPtr medium = w.medium;
         UInt32 channel = w.channel;
         dr::tie(f) = dr::while_loop(
             dr::make_tuple(f), [](const Flight &f) { return f.active; },
-            [medium, channel, key](Flight &f) { collide(f, medium, channel, key); }, "Free flight");
+            [medium, channel, numbers](Flight &f) { collide(f, medium, channel, numbers); }, "Free flight");
         return f;
     }
 
-    static void collide(Flight &f, const MediumPtr &medium, const UInt32 &channel, const UInt32 &key) {
+    static void collide(Flight &f, const MediumPtr &medium, const UInt32 &channel,
+                        const FlightNumbers &numbers) {
         f.mei = medium->sample_interaction(f.ray, f.sample, channel, f.active);
         Mask inside = f.active && f.mei.is_valid() && f.mei.t < f.remaining;
         Float majorant = component(f.mei.combined_extinction, channel),
               sigma_t = component(f.mei.sigma_t, channel);
-        Mask real = inside && sample_tea_float32<UInt32>(key, 2u * f.event + 1u) * majorant < sigma_t,
+        Mask real = inside && numbers.acceptance(f.event) * majorant < sigma_t,
              null = inside && !real;
 
         auto [crosses, near, far] = medium->intersect_aabb(f.ray);
@@ -175,7 +216,7 @@ private:
         dr::masked(f.ray.o, null) = f.mei.p;
         dr::masked(f.remaining, null) = f.remaining - f.mei.t;
         f.event += 1u;
-        f.sample = sample_tea_float32<UInt32>(key, 2u * f.event);
+        f.sample = numbers.distance(f.event);
         f.collided |= real;
         f.active = null && f.remaining > 0.f;
     }

@@ -175,15 +175,43 @@ private:
         out.varying = directional || !medium->is_homogeneous();
         describe_phase(const_cast<PhaseFunction *>(phase), out);
         describe_bounds(medium, out);
+        out.grey = is_grey(medium);
+        out.varying_scattering = out.varying || !is_constant(volume(medium, "albedo"));
         if (!out.varying) {
-            MediumInteraction3f mei = dr::zeros<MediumInteraction3f>();
-            mei.p = Point3f(0.f);
-            mei.wi = Vector3f(0.f, 0.f, 1.f);
+            MediumInteraction3f mei = somewhere();
             auto sigma_t = medium->get_majorant(mei, true);
-            for (size_t i = 0; i < 3; ++i)
+            auto sigma_s = std::get<0>(medium->get_scattering_coefficients(mei, true));
+            for (size_t i = 0; i < 3; ++i) {
                 out.sigma_t[i] = plain(Float(sigma_t[i]));
+                out.sigma_s[i] = plain(Float(sigma_s[i]));
+            }
         }
         return out;
+    }
+
+    static MediumInteraction3f somewhere() {
+        MediumInteraction3f mei = dr::zeros<MediumInteraction3f>();
+        mei.wi = Vector3f(0.f, 0.f, 1.f);
+        return mei;
+    }
+
+    static Volume *volume(Medium *medium, const char *name) {
+        return dynamic_cast<Volume *>(NamedParts(medium).object(name));
+    }
+
+    // A value that Mitsuba wraps as a volume, as it does plain numbers and colours.
+    static bool is_constant(Volume *volume) { return volume && volume->class_name() == "ConstVolume"; }
+
+    // A volume of one channel is grey, and so is a constant one that looks it. Of other media Mitsuba
+    // knows what their author says.
+    static bool is_grey(Medium *medium) {
+        Volume *sigma_t = volume(medium, "sigma_t");
+        if (sigma_t && sigma_t->channel_count() == 1)
+            return true;
+        if (!is_constant(sigma_t))
+            return !medium->has_spectral_extinction();
+        auto value = sigma_t->eval(somewhere(), true);
+        return plain(Mask(dr::min(value) == dr::max(value)));
     }
 
     static void describe_phase(PhaseFunction *phase, VptMedium &out) {
@@ -205,10 +233,9 @@ private:
             out.bounds_max[i] = dr::Infinity<float>;
         }
         out.feature_size = dr::Infinity<float>;
-        Object *part = NamedParts(medium).object("sigma_t");
-        if (auto *volume = dynamic_cast<Volume *>(part); volume && !medium->is_homogeneous()) {
-            auto box = volume->bbox();
-            auto resolution = volume->resolution();
+        if (Volume *sigma_t = volume(medium, "sigma_t"); sigma_t && !medium->is_homogeneous()) {
+            auto box = sigma_t->bbox();
+            auto resolution = sigma_t->resolution();
             for (size_t i = 0; i < 3; ++i) {
                 out.bounds_min[i] = box.min[i];
                 out.bounds_max[i] = box.max[i];

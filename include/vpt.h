@@ -11,7 +11,7 @@
 typedef struct VptStats VptStats;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 1
+#define VPT_ABI_VERSION 2
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -76,6 +76,12 @@ typedef struct VptMedium {
   float sigma_t[3];
   // Length over which a varying extinction changes; unused where it is constant.
   float feature_size;
+  // Nonzero where the extinction is known to be the same in all channels, everywhere.
+  uint32_t grey;
+  // Nonzero where `scattering` must be asked.
+  uint32_t varying_scattering;
+  // Constant scattering coefficient per colour channel [1/length]; unused where it varies.
+  float sigma_s[3];
   // One of `VPT_PHASE_*`.
   uint32_t phase;
   // Mean cosine of a Henyey-Greenstein phase function.
@@ -138,7 +144,7 @@ typedef struct VptViewVertices {
   float *weight;
 } VptViewVertices;
 
-// See `scene::PhotonVertices`.
+// See `scene::PhotonVertices` and, for `segment_*`, `scene::PhotonSegments`.
 typedef struct VptPhotonVertices {
   uint32_t lanes;
   uint32_t *walk;
@@ -150,6 +156,11 @@ typedef struct VptPhotonVertices {
   float *length;
   float *geometric_normal;
   float *flux;
+  // These may be null: then they are not wanted.
+  float *segment_origin;
+  float *segment_flux;
+  float *segment_density;
+  float *segment_reach;
 } VptPhotonVertices;
 
 // A renderer that owns a scene. `walk` pointers are the renderer's own.
@@ -178,6 +189,12 @@ typedef struct VptHost {
                          uint32_t *alive);
   void (*photon_free)(void *context, void *walk);
   int32_t (*extinction)(void *context,
+                        uint32_t count,
+                        const uint32_t *medium,
+                        const float *position,
+                        const float *direction,
+                        float *out);
+  int32_t (*scattering)(void *context,
                         uint32_t count,
                         const uint32_t *medium,
                         const float *position,

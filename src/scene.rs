@@ -25,8 +25,12 @@ pub const VACUUM: u32 = u32::MAX;
 pub const UNBOUNDED_DEPTH: u32 = u32::MAX;
 
 /// Uniform numbers in [0,1) consumed by [`Scene::emit`], per walk: emitter choice, two for the
-/// position, two for the direction, shutter time, hero colour channel.
-pub const EMIT_DIMENSIONS: usize = 7;
+/// position, two for the direction, shutter time, hero colour channel, [`EMIT_SEED`].
+pub const EMIT_DIMENSIONS: usize = 8;
+/// The number of [`Scene::emit`] that numbers a stream of hashes, by which free flights in varying
+/// media shift their step's own numbers. With it fixed, a walk changes continuously with its other
+/// numbers: small mutations leave it alone.
+pub const EMIT_SEED: usize = 7;
 /// Uniform numbers consumed by [`PhotonWalk::step`], per walk: free flight, lobe choice, two for
 /// the direction, Russian roulette.
 pub const PHOTON_STEP_DIMENSIONS: usize = 5;
@@ -69,6 +73,11 @@ pub enum Phase {
 pub struct Medium {
     pub name: String,
     pub extinction: Extinction,
+    /// Whether the extinction is known to be the same in all channels, everywhere.
+    pub grey: bool,
+    /// `sigma_s` [1/length] where it is the same everywhere and in every direction; None to ask
+    /// [`Scene::scattering`].
+    pub scattering: Option<Rgb>,
     pub phase: Phase,
     /// Where the medium's extinction can differ from zero; infinite where unbounded.
     pub bounds: Aabb,
@@ -268,6 +277,8 @@ pub struct PhotonVertices {
     /// Geometric normal as the shape is oriented, not turned toward the photon (surfaces only).
     pub geometric_normal: Planes,
     pub flux: Planes,
+    /// Filled where the caller has put `Some`.
+    pub segments: Option<PhotonSegments>,
 }
 
 impl PhotonVertices {
@@ -279,6 +290,35 @@ impl PhotonVertices {
         for planes in
             [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux]
         {
+            planes.resize(lanes);
+        }
+        if let Some(segments) = &mut self.segments {
+            segments.resize(lanes);
+        }
+    }
+}
+
+/// Photons' segments as photon beams, before anything of their own free flight. They run along
+/// [`PhotonVertices::direction`] and weigh `flux * Tr(t)` as long beams, which end at `reach`, and
+/// `flux * Tr(t) / mean(density * Tr(t))` as short beams, which end at [`PhotonVertices::length`].
+/// [Long beam] [Short beam]
+#[derive(Debug, Clone, Default)]
+pub struct PhotonSegments {
+    pub origin: Planes,
+    /// Flux at the origin [W per emitted walk].
+    pub flux: Planes,
+    /// Densities of the walk up to the origin with each channel as hero, relative to their mean,
+    /// which is 1. [Miller 2019]
+    pub density: Planes,
+    /// Distance [length] to the surface that ends the segment if nothing collides before; infinite
+    /// where there is none.
+    pub reach: Vec<f32>,
+}
+
+impl PhotonSegments {
+    fn resize(&mut self, lanes: usize) {
+        self.reach.resize(lanes, 0.0);
+        for planes in [&mut self.origin, &mut self.flux, &mut self.density] {
             planes.resize(lanes);
         }
     }
@@ -320,9 +360,10 @@ pub struct PhasePairs {
     pub view_direction: Planes,
 }
 
-/// Where the extinction of a varying medium is wanted.
+/// Where coefficients of media are wanted, and the direction in which light travels there. Points lie
+/// within the bounds of their medium.
 #[derive(Debug, Clone, Default)]
-pub struct ExtinctionPoints {
+pub struct MediumPoints {
     pub medium: Vec<u32>,
     pub position: Planes,
     pub direction: Planes,
@@ -377,7 +418,12 @@ pub trait Scene: Sync {
     ) -> SceneResult<Box<dyn PhotonWalk + 'a>>;
 
     /// Extinction `sigma_t` [1/length] at each point for light travelling along its direction.
-    fn extinction(&self, points: &ExtinctionPoints, out: &mut Planes) -> SceneResult<()>;
+    fn extinction(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()>;
+
+    /// Scattering coefficient `sigma_s` [1/length] at each point for light travelling along its
+    /// direction. Times [`Scene::eval_phase`] with that direction as the photon's, it scatters light
+    /// from there to the eye, in direction-dependent media too. [Long beam]
+    fn scattering(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()>;
 
     /// Value of the phase function [1/sr] for each pair, written to `out`. For direction-dependent
     /// media the ratio of extinctions (view over photon direction) is included.

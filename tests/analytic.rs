@@ -301,7 +301,7 @@ fn white_furnace_of_glass_filled_with_fog() {
     let missing =
         square_mean(0.0, 0.0, 0.2, |x, y| 1.0 - seen_through_the_ball(1.0, 0.1, x / 1.5, y / 1.5));
     let expected = 1.0 - 0.96 * (1.0 + 0.04 * (-2.0f64).exp()) * missing;
-    assert_film("glass", scene, &one_pass(130_000, 0.1), [expected; 3], 0.0);
+    assert_film("glass", scene, &one_pass(160_000, 0.1), [expected; 3], 0.0);
 }
 
 // ---- Rooms with luminous walls --------------------------------------------------------------------

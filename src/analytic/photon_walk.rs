@@ -89,6 +89,7 @@ impl<'a> Photons<'a> {
     ) -> Option<Photon> {
         let hit = self.world.intersect(&photon.ray);
         let limit = hit.map_or(f64::INFINITY, |hit| hit.distance);
+        write_start(&photon, limit, lane, out);
         let fog = self.world.fog(photon.ray.medium);
         let collision = fog.and_then(|fog| free_flight(&mut photon, fog, limit, u[0]));
         match (collision, fog, hit) {
@@ -193,6 +194,16 @@ fn free_flight(photon: &mut Photon, fog: &Fog, limit: f64, u: f64) -> Option<f64
         photon.fly(if collides { transmittance * fog.sigma_t } else { transmittance });
     }
     collides.then_some(distance)
+}
+
+/// Fills a lane with what is known of a segment before the free flight, if that is wanted.
+fn write_start(photon: &Photon, reach: f64, lane: usize, out: &mut PhotonVertices) {
+    if let Some(segments) = &mut out.segments {
+        segments.origin.set(lane, photon.ray.origin.as_vec3());
+        segments.flux.set_rgb(lane, photon.emitted * photon.weight());
+        segments.density.set_rgb(lane, photon.densities / photon.densities.mean());
+        segments.reach[lane] = reach as f32;
+    }
 }
 
 /// Fills a lane with a segment, its end and the photon's flux there.

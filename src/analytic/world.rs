@@ -9,7 +9,7 @@ use super::surface::{Material, Surface};
 use super::view_walk::ViewRays;
 use crate::math::{Aabb, Rgb};
 use crate::scene::{
-    Batching, Extinction, ExtinctionPoints, FilmSamples, Medium, PathLimits, Phase, PhasePairs,
+    Batching, Extinction, FilmSamples, Medium, MediumPoints, PathLimits, Phase, PhasePairs,
     PhotonWalk, Planes, PointSegments, Scene, SceneDescription, SceneResult, SurfacePairs,
     ViewRayRequest, ViewWalk, VACUUM,
 };
@@ -104,6 +104,21 @@ impl World {
         }
     }
 
+    /// Coefficients [1/length] at points, by their value where the density is 1.
+    fn coefficients(
+        &self,
+        points: &MediumPoints,
+        coefficient: impl Fn(&Fog) -> Rgb,
+        out: &mut Planes,
+    ) {
+        out.resize(points.medium.len());
+        for (lane, &medium) in points.medium.iter().enumerate() {
+            let position = points.position.get(lane).as_dvec3();
+            let value = self.fog(medium).map(|fog| coefficient(fog) * fog.density(position) as f32);
+            out.set_rgb(lane, value.unwrap_or(Rgb::ZERO));
+        }
+    }
+
     /// The visible point at the end of a view segment.
     fn point_at(&self, ray: &Ray, skips_emitters: bool) -> StoredPoint {
         let hit = if skips_emitters { self.intersect_dark(ray) } else { self.intersect(ray) };
@@ -153,7 +168,16 @@ fn disclose(index: usize, fog: &Fog, disclosure: Disclosure) -> Medium {
         Disclosure::Full => fog.phase,
         Disclosure::OnRequest => Phase::Opaque,
     };
-    Medium { name: format!("fog {index}"), extinction, phase, bounds: fog.bounds }
+    let discloses = disclosure == Disclosure::Full;
+    let uniform = fog.profile == Profile::Uniform;
+    Medium {
+        name: format!("fog {index}"),
+        extinction,
+        grey: discloses && fog.sigma_t == Rgb::splat(fog.sigma_t.r),
+        scattering: (discloses && uniform).then_some(fog.sigma_t * fog.albedo),
+        phase,
+        bounds: fog.bounds,
+    }
 }
 
 fn enclose(surfaces: &[Surface], bounds: &Aabb) -> BoundingSphere {
@@ -193,13 +217,13 @@ impl Scene for World {
         Ok(Box::new(Photons::emit(self, lanes, numbers, limits)))
     }
 
-    fn extinction(&self, points: &ExtinctionPoints, out: &mut Planes) -> SceneResult<()> {
-        out.resize(points.medium.len());
-        for (lane, &medium) in points.medium.iter().enumerate() {
-            let position = points.position.get(lane).as_dvec3();
-            let sigma_t = self.fog(medium).map(|fog| fog.sigma_t * fog.density(position) as f32);
-            out.set_rgb(lane, sigma_t.unwrap_or(Rgb::ZERO));
-        }
+    fn extinction(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {
+        self.coefficients(points, |fog| fog.sigma_t, out);
+        Ok(())
+    }
+
+    fn scattering(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {
+        self.coefficients(points, |fog| fog.sigma_t * fog.albedo, out);
         Ok(())
     }
 

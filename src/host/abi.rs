@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 1;
+pub const VPT_ABI_VERSION: u32 = 2;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -44,6 +44,12 @@ pub struct VptMedium {
     pub sigma_t: [f32; 3],
     /// Length over which a varying extinction changes; unused where it is constant.
     pub feature_size: f32,
+    /// Nonzero where the extinction is known to be the same in all channels, everywhere.
+    pub grey: u32,
+    /// Nonzero where `scattering` must be asked.
+    pub varying_scattering: u32,
+    /// Constant scattering coefficient per colour channel [1/length]; unused where it varies.
+    pub sigma_s: [f32; 3],
     /// One of `VPT_PHASE_*`.
     pub phase: u32,
     /// Mean cosine of a Henyey-Greenstein phase function.
@@ -114,7 +120,7 @@ pub struct VptViewVertices {
     pub weight: *mut f32,
 }
 
-/// See `scene::PhotonVertices`.
+/// See `scene::PhotonVertices` and, for `segment_*`, `scene::PhotonSegments`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct VptPhotonVertices {
@@ -128,6 +134,11 @@ pub struct VptPhotonVertices {
     pub length: *mut f32,
     pub geometric_normal: *mut f32,
     pub flux: *mut f32,
+    /// These may be null: then they are not wanted.
+    pub segment_origin: *mut f32,
+    pub segment_flux: *mut f32,
+    pub segment_density: *mut f32,
+    pub segment_reach: *mut f32,
 }
 
 /// A renderer that owns a scene. `walk` pointers are the renderer's own.
@@ -168,6 +179,14 @@ pub struct VptHost {
     ) -> i32,
     pub photon_free: unsafe extern "C" fn(context: *mut c_void, walk: *mut c_void),
     pub extinction: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        medium: *const u32,
+        position: *const f32,
+        direction: *const f32,
+        out: *mut f32,
+    ) -> i32,
+    pub scattering: unsafe extern "C" fn(
         context: *mut c_void,
         count: u32,
         medium: *const u32,

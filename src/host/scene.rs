@@ -4,6 +4,10 @@ use crate::scene::*;
 use glam::Vec3;
 use std::ffi::{c_char, c_void, CStr};
 
+/// [`VptHost::extinction`] or [`VptHost::scattering`].
+type CoefficientCallback =
+    unsafe extern "C" fn(*mut c_void, u32, *const u32, *const f32, *const f32, *mut f32) -> i32;
+
 /// A [`Scene`] that a renderer lends through the C ABI.
 #[derive(Debug)]
 pub struct HostScene {
@@ -46,6 +50,29 @@ impl HostScene {
 
     fn check(&self, status: i32) -> SceneResult<()> {
         check(&self.host, status)
+    }
+
+    /// Asks for a coefficient of media at points.
+    fn coefficients(
+        &self,
+        callback: CoefficientCallback,
+        points: &MediumPoints,
+        out: &mut Planes,
+    ) -> SceneResult<()> {
+        let count = points.medium.len();
+        assert!(points.position.lanes() == count && points.direction.lanes() == count);
+        out.resize(count);
+        // SAFETY: all arrays hold `count` lanes.
+        self.check(unsafe {
+            callback(
+                self.host.context,
+                lane_count(count),
+                points.medium.as_ptr(),
+                points.position.as_slice().as_ptr(),
+                points.direction.as_slice().as_ptr(),
+                out.as_mut_slice().as_mut_ptr(),
+            )
+        })
     }
 }
 
@@ -111,6 +138,8 @@ unsafe fn read_medium(m: &VptMedium) -> Medium {
             0 => Extinction::Constant(Rgb::from(Vec3::from(m.sigma_t))),
             _ => Extinction::Varying { feature_size: m.feature_size },
         },
+        grey: m.grey != 0,
+        scattering: (m.varying_scattering == 0).then(|| Rgb::from(Vec3::from(m.sigma_s))),
         phase: match m.phase {
             VPT_PHASE_ISOTROPIC => Phase::Isotropic,
             VPT_PHASE_HENYEY_GREENSTEIN => Phase::HenyeyGreenstein { g: m.g },
@@ -185,6 +214,16 @@ impl PhotonWalk for HostPhotonWalk<'_> {
     fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
         assert_eq!(numbers.len(), PHOTON_STEP_DIMENSIONS * self.lanes as usize);
         out.resize(self.lanes as usize);
+        let segments = out.segments.as_mut().map(|segments| {
+            [
+                segments.origin.as_mut_slice().as_mut_ptr(),
+                segments.flux.as_mut_slice().as_mut_ptr(),
+                segments.density.as_mut_slice().as_mut_ptr(),
+                segments.reach.as_mut_ptr(),
+            ]
+        });
+        let [segment_origin, segment_flux, segment_density, segment_reach] =
+            segments.unwrap_or([std::ptr::null_mut(); 4]);
         let raw = VptPhotonVertices {
             lanes: self.lanes,
             walk: out.walk.as_mut_ptr(),
@@ -196,6 +235,10 @@ impl PhotonWalk for HostPhotonWalk<'_> {
             length: out.length.as_mut_ptr(),
             geometric_normal: out.geometric_normal.as_mut_slice().as_mut_ptr(),
             flux: out.flux.as_mut_slice().as_mut_ptr(),
+            segment_origin,
+            segment_flux,
+            segment_density,
+            segment_reach,
         };
         let host = &self.scene.host;
         let mut alive = 0;
@@ -270,21 +313,12 @@ impl Scene for HostScene {
         Ok(Box::new(HostPhotonWalk { scene: self, walk, lanes: alive }))
     }
 
-    fn extinction(&self, points: &ExtinctionPoints, out: &mut Planes) -> SceneResult<()> {
-        let count = points.medium.len();
-        assert!(points.position.lanes() == count && points.direction.lanes() == count);
-        out.resize(count);
-        // SAFETY: all arrays hold `count` lanes.
-        self.check(unsafe {
-            (self.host.extinction)(
-                self.host.context,
-                lane_count(count),
-                points.medium.as_ptr(),
-                points.position.as_slice().as_ptr(),
-                points.direction.as_slice().as_ptr(),
-                out.as_mut_slice().as_mut_ptr(),
-            )
-        })
+    fn extinction(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {
+        self.coefficients(self.host.extinction, points, out)
+    }
+
+    fn scattering(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {
+        self.coefficients(self.host.scattering, points, out)
     }
 
     fn eval_phase(&self, pairs: &PhasePairs, out: &mut Planes) -> SceneResult<()> {

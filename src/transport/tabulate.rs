@@ -53,9 +53,9 @@ pub fn tabulate(
 }
 
 /// Stratified points along each planned table: the sum over them is an unbiased optical depth.
-fn table_points(plans: &[TablePlan], v: &ViewVertices, rng: &mut Pcg64Mcg) -> ExtinctionPoints {
+fn table_points(plans: &[TablePlan], v: &ViewVertices, rng: &mut Pcg64Mcg) -> MediumPoints {
     let total: usize = plans.iter().map(|plan| plan.steps * SAMPLES_PER_STEP).sum();
-    let mut points = ExtinctionPoints::default();
+    let mut points = MediumPoints::default();
     points.position.resize(total);
     points.direction.resize(total);
     for plan in plans {

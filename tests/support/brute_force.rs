@@ -12,7 +12,7 @@ use vpt::film::FilmSums;
 use vpt::math::uniform::{self, Purpose};
 use vpt::method::Parameters;
 use vpt::scene::{
-    photon_event, view_flags, Extinction, ExtinctionPoints, FilmSamples, Phase, PhasePairs,
+    photon_event, view_flags, Extinction, FilmSamples, MediumPoints, Phase, PhasePairs,
     PhotonVertices, Planes, PointSegments, Scene, SurfacePairs, ViewRayRequest, ViewVertices,
     EMIT_DIMENSIONS, PHOTON_STEP_DIMENSIONS, VACUUM, VIEW_RAY_DIMENSIONS, VIEW_STEP_DIMENSIONS,
 };
@@ -230,7 +230,7 @@ impl Beam {
         let steps = (STEPS_PER_FEATURE * distance / feature).ceil() as usize;
         let width = distance / steps as f64;
         let midpoints = (0..steps).map(|i| self.origin + (i as f64 + 0.5) * width * self.direction);
-        let points = ExtinctionPoints {
+        let points = MediumPoints {
             medium: vec![self.medium; steps],
             position: Planes::push_all(midpoints.map(|p| p.as_vec3())),
             direction: Planes::push_all((0..steps).map(|_| self.direction.as_vec3())),

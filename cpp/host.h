@@ -22,10 +22,10 @@ public:
     }
 
     VptHost table() {
-        return { VPT_ABI_VERSION, this,          &c_describe,     &c_view_rays,  &c_view_step,
-                 &c_view_free,    &c_emit,       &c_photon_step,  &c_photon_free, &c_extinction,
-                 &c_scattering,   &c_eval_phase, &c_store_points, &c_eval_bsdf,  &c_splat,
-                 &c_last_error };
+        return { VPT_ABI_VERSION, this,           &c_describe,    &c_view_rays,  &c_view_step,
+                 &c_view_free,    &c_emit,        &c_photon_alive, &c_photon_step, &c_photon_free,
+                 &c_extinction,   &c_scattering,  &c_eval_phase,  &c_store_points, &c_eval_bsdf,
+                 &c_splat,        &c_last_error };
     }
 
     VptDescription describe() const {
@@ -218,6 +218,9 @@ private:
             *walk = photons;
             *alive = photons->lanes();
         });
+    }
+    static int32_t c_photon_alive(void *, void *walk, uint32_t *out) {
+        return guarded([&] { static_cast<Photons *>(walk)->alive(out); });
     }
     static int32_t c_photon_step(void *, void *walk, const float *numbers, const VptPhotonVertices *out,
                                  uint32_t *alive) {

@@ -19,9 +19,12 @@ public:
         vpt::require_usable_llvm(Base::Variant);
         m_method = props.get<std::string_view>("method", "ppt");
         m_radius_schedule = props.get<std::string_view>("radius_schedule", "matched");
+        m_shooting = props.get<std::string_view>("shooting", "");
+        m_photon_beams = props.get<std::string_view>("photon_beams", "");
         VptParameters defaults = vpt_default_parameters();
         m_parameters = defaults;
         m_parameters.photons = props.get<int64_t>("photons", defaults.photons);
+        m_parameters.chains = props.get<int64_t>("chains", defaults.chains);
         m_parameters.jitter_every = props.get<int64_t>("jitter_every", defaults.jitter_every);
         m_parameters.alpha = props.get<ScalarFloat>("alpha", defaults.alpha);
         m_parameters.surface_radius = props.get<ScalarFloat>("surface_radius", 0.f);
@@ -83,6 +86,8 @@ private:
         VptParameters parameters = m_parameters;
         parameters.method = m_method.c_str();
         parameters.radius_schedule = m_radius_schedule.c_str();
+        parameters.shooting = m_shooting.c_str();
+        parameters.photon_beams = m_photon_beams.c_str();
         return parameters;
     }
 
@@ -95,7 +100,7 @@ private:
         film->put_block(block);
     }
 
-    std::string m_method, m_radius_schedule;
+    std::string m_method, m_radius_schedule, m_shooting, m_photon_beams;
     VptParameters m_parameters;
 };
 

@@ -41,6 +41,20 @@ public:
 
     uint32_t lanes() const { return m_lanes; }
 
+    // Which walks are alive, as they were numbered when emitted.
+    void alive(uint32_t *out) const {
+        if constexpr (Jit) {
+            if (m_lanes == 0)
+                return;
+            UInt32 index = m_walks[0].index;
+            dr::eval(index);
+            jit_memcpy(dr::backend_v<Float>, out, index.data(), m_lanes * sizeof(uint32_t));
+        } else {
+            for (size_t i = 0; i < m_walks.size(); ++i)
+                out[i] = m_walks[i].index;
+        }
+    }
+
     void step(const float *numbers, const VptPhotonVertices &out) {
         size_t n = m_lanes;
         Writer<Float> writer(n);

@@ -41,9 +41,10 @@ const Parameter PARAMETERS[] = {
     { "method", Kind::Text, false },           { "photons", Kind::Integer, false },
     { "jitter_every", Kind::Integer, false },  { "alpha", Kind::Number, false },
     { "surface_radius", Kind::Number, false }, { "medium_radius", Kind::Number, false },
-    { "radius_schedule", Kind::Text, false },  { "max_depth", Kind::Integer, true },
-    { "rr_depth", Kind::Integer, true },       { "hide_emitters", Kind::Boolean, true },
-    { "timeout", Kind::Number, true },
+    { "radius_schedule", Kind::Text, false },  { "shooting", Kind::Text, false },
+    { "photon_beams", Kind::Text, false },     { "chains", Kind::Integer, false },
+    { "max_depth", Kind::Integer, true },      { "rr_depth", Kind::Integer, true },
+    { "hide_emitters", Kind::Boolean, true },  { "timeout", Kind::Number, true },
 };
 
 // Threads asked for; 0 for all.

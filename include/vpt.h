@@ -46,12 +46,25 @@ typedef struct VptStats VptStats;
 // Added to an event after which the walk ended because its flux was no longer finite.
 #define VPT_PHOTON_INVALID 4
 
+// Values of `VptShooting::mode`.
+#define VPT_SHOOTING_OFF 0
+
+#define VPT_SHOOTING_UNIFORM 1
+
+#define VPT_SHOOTING_METROPOLIS 2
+
 // The integrator's parameters; names and meanings are those of `method::Parameters`.
 typedef struct VptParameters {
   const char *method;
   const char *radius_schedule;
+  // Null or empty for what the method's name says.
+  const char *shooting;
+  // Null or empty for the default.
+  const char *photon_beams;
   uint32_t passes;
   int64_t photons;
+  // 0 for automatic.
+  int64_t chains;
   int64_t jitter_every;
   float alpha;
   float surface_radius;
@@ -181,6 +194,8 @@ typedef struct VptHost {
                   const struct VptLimits *limits,
                   void **walk,
                   uint32_t *alive);
+  // Writes the indices, within the batch as it was emitted, of the walks that are alive.
+  int32_t (*photon_alive)(void *context, void *walk, uint32_t *out);
   // Writes one vertex per lane alive before the step and then the number of lanes alive after it.
   int32_t (*photon_step)(void *context,
                          void *walk,
@@ -229,6 +244,15 @@ typedef struct VptHost {
   const char *(*last_error)(void *context);
 } VptHost;
 
+// How one family of photons, on surfaces or in media, is shot; see `markov::FamilyReport`.
+typedef struct VptShooting {
+  // One of `VPT_SHOOTING_*`.
+  uint32_t mode;
+  double visible_share;
+  double acceptance;
+  float mutation_size;
+} VptShooting;
+
 // The state of a render between two passes.
 typedef struct VptProgress {
   uint32_t passes_done;
@@ -237,6 +261,8 @@ typedef struct VptProgress {
   float surface_radius;
   float medium_radius;
   double seconds;
+  struct VptShooting surface_shooting;
+  struct VptShooting medium_shooting;
 } VptProgress;
 
 // Watches a render.
@@ -254,7 +280,7 @@ typedef struct VptObserver {
 extern "C" {
 #endif // __cplusplus
 
-// The engine's default parameters; `method` and `radius_schedule` are null.
+// The engine's default parameters; names are null.
 struct VptParameters vpt_default_parameters(void);
 
 // Checks parameters before any rendering. Returns 0, or 1 with one sentence in `error`.

@@ -18,6 +18,7 @@ pub mod analytic;
 pub mod density;
 pub mod film;
 pub mod host;
+pub mod markov;
 pub mod math;
 pub mod medium;
 pub mod method;

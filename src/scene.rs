@@ -345,6 +345,8 @@ pub trait ViewWalk {
 pub trait PhotonWalk {
     /// Walks still alive: the number of lanes that the next step reports and takes numbers for.
     fn lanes(&self) -> usize;
+    /// Writes which walks are alive: their indices within the batch as it was emitted, ascending.
+    fn alive(&self, out: &mut Vec<u32>) -> SceneResult<()>;
     /// Advances every walk by one segment and drops those that ended. `numbers` holds
     /// [`PHOTON_STEP_DIMENSIONS`] planes of [`PhotonWalk::lanes`] each.
     fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()>;

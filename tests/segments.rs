@@ -5,12 +5,9 @@
 
 #[path = "support/llvm.rs"]
 mod llvm;
-#[path = "support/statistics.rs"]
-#[allow(dead_code, reason = "other tests judge variances and slopes")]
-mod statistics;
 
 use glam::{DVec3, Vec3};
-use statistics::{effort, Estimate};
+use judge::t_test::{effort, Estimate};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{LazyLock, Mutex, PoisonError};

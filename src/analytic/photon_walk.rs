@@ -224,6 +224,12 @@ impl PhotonWalk for Photons<'_> {
         self.photons.len()
     }
 
+    fn alive(&self, out: &mut Vec<u32>) -> SceneResult<()> {
+        out.clear();
+        out.extend(self.photons.iter().map(|photon| photon.walk));
+        Ok(())
+    }
+
     fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
         let lanes = self.photons.len();
         out.resize(lanes);

@@ -66,6 +66,10 @@ impl World {
         World { contents, emitters, bounding_sphere, description, points }
     }
 
+    pub fn contents(&self) -> &Contents {
+        &self.contents
+    }
+
     /// The first surface on a ray.
     pub(super) fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.intersect_where(ray, |_| true)

@@ -5,6 +5,7 @@ use super::{say, text};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::ops::ControlFlow;
 use std::time::Duration;
+use vpt::markov::{FamilyReport, Mode};
 use vpt::method::{Observer, Progress};
 
 /// What is shown.
@@ -140,7 +141,22 @@ fn details(progress: &Progress, timeout: Option<f64>) -> String {
     }
     parts.push(format!("radii {} surface", text::length(progress.radii.surface)));
     parts.push(format!("{} medium", text::length(progress.radii.medium)));
+    parts.extend(shooting("surfaces", &progress.shooting.surface));
+    parts.extend(shooting("media", &progress.shooting.medium));
     parts.join(", ")
+}
+
+/// `media by chains (0.12 % visible, 23 % accepted)`; nothing where a method does not measure.
+fn shooting(family: &str, report: &FamilyReport) -> Option<String> {
+    let visible = text::percent(report.visible_share);
+    match report.mode {
+        Mode::Off => None,
+        Mode::Uniform => Some(format!("{family} uniformly ({visible} visible)")),
+        Mode::Metropolis => {
+            let accepted = text::percent(report.acceptance);
+            Some(format!("{family} by chains ({visible} visible, {accepted} accepted)"))
+        }
+    }
 }
 
 /// The line of plain progress after a pass.
@@ -158,11 +174,13 @@ fn line(progress: &Progress, timeout: Option<f64>) -> String {
 mod tests {
     use super::*;
     use vpt::density::radius::Radii;
+    use vpt::transport::photon::PerFamily;
 
     fn progress(passes_done: u32, seconds: f64) -> Progress {
         let radii = Radii { surface: 0.01, medium: 0.02 };
         let walks = u64::from(passes_done) * 1_000_000;
-        Progress { passes_done, passes: 20, walks, radii, seconds }
+        let shooting = PerFamily::default();
+        Progress { passes_done, passes: 20, walks, radii, seconds, shooting }
     }
 
     #[test]
@@ -187,6 +205,26 @@ mod tests {
             line(&progress(5, 2.5), Some(60.0)),
             "pass 5 of 20, 2.50 s, 7.50 s left, timeout 1 min 0 s, 2.00 M photons/s, \
              radii 1.00e-2 surface, 2.00e-2 medium"
+        );
+    }
+
+    #[test]
+    fn line_says_how_photons_are_shot() {
+        let uniform =
+            FamilyReport { mode: Mode::Uniform, visible_share: 0.341, ..Default::default() };
+        let chains = FamilyReport {
+            mode: Mode::Metropolis,
+            visible_share: 0.00123,
+            acceptance: 0.2345,
+            ..Default::default()
+        };
+        let shooting = PerFamily { surface: uniform, medium: chains };
+        let line = line(&Progress { shooting, ..progress(5, 2.5) }, None);
+        assert!(
+            line.ends_with(
+                ", surfaces uniformly (34 % visible), media by chains (0.12 % visible, 23 % accepted)"
+            ),
+            "{line}"
         );
     }
 

@@ -34,6 +34,17 @@ pub fn length(value: f32) -> String {
     format!("{value:.2e}")
 }
 
+/// A share with two digits: `34 %`, `0.12 %`, `0.0010 %`.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    let digits = if percent >= 9.95 || percent <= 0.0 {
+        0
+    } else {
+        (1.0 - percent.log10().floor()).max(0.0) as usize
+    };
+    format!("{percent:.digits$} %")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,6 +64,20 @@ mod tests {
             [(0.254, "0.25 s"), (12.4, "12 s"), (200.0, "3 min 20 s"), (7530.0, "2 h 5 min")]
         {
             assert_eq!(seconds(value), text);
+        }
+    }
+
+    #[test]
+    fn shares_have_two_digits() {
+        for (value, text) in [
+            (0.0, "0 %"),
+            (1.0, "100 %"),
+            (0.341, "34 %"),
+            (0.0567, "5.7 %"),
+            (0.00123, "0.12 %"),
+            (1e-5, "0.0010 %"),
+        ] {
+            assert_eq!(percent(value), text);
         }
     }
 }

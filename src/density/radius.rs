@@ -6,8 +6,23 @@
 pub enum Schedule {
     /// As printed by Collin et al. 2013 (8): square root on surfaces, cube root in media.
     Paper,
-    /// The exponent of the kernel's dimension (Knaus & Zwicker 2011): square root for both.
+    /// The exponent of the kernel's dimension (Knaus & Zwicker 2011): square root for disks, first power
+    /// for the interval that two beams share.
     Matched,
+}
+
+/// Dimensions of the spaces in which photons miss their receivers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct KernelDimensions {
+    pub surface: u32,
+    pub medium: u32,
+}
+
+impl KernelDimensions {
+    /// Photons against visible points and view beams.
+    pub const POINTS: Self = KernelDimensions { surface: 2, medium: 2 };
+    /// Photons against visible points, photon beams against view beams.
+    pub const BEAMS: Self = KernelDimensions { surface: 2, medium: 1 };
 }
 
 /// A schedule's name that does not exist.
@@ -40,6 +55,7 @@ pub struct Radii {
 pub struct RadiusSequence {
     alpha: f64,
     schedule: Schedule,
+    kernels: KernelDimensions,
     initial: Radii,
     /// Product of `(k + alpha) / (k + 1)` over the passes `k` so far.
     shrink: f64,
@@ -47,19 +63,23 @@ pub struct RadiusSequence {
 }
 
 impl RadiusSequence {
-    pub fn new(initial: Radii, alpha: f32, schedule: Schedule) -> Self {
-        RadiusSequence { alpha: f64::from(alpha), schedule, initial, shrink: 1.0, pass: 0 }
+    pub fn new(initial: Radii, alpha: f32, schedule: Schedule, kernels: KernelDimensions) -> Self {
+        let alpha = f64::from(alpha);
+        RadiusSequence { alpha, schedule, kernels, initial, shrink: 1.0, pass: 0 }
     }
 
     /// Radii of the pass that is next.
     pub fn current(&self) -> Radii {
-        let medium_exponent = match self.schedule {
-            Schedule::Paper => 1.0 / 3.0,
-            Schedule::Matched => 1.0 / 2.0,
+        let (surface, medium) = match self.schedule {
+            Schedule::Paper => (2, 3),
+            Schedule::Matched => (self.kernels.surface, self.kernels.medium),
+        };
+        let shrunk = |initial: f32, root: u32| {
+            (f64::from(initial) * self.shrink.powf(1.0 / f64::from(root))) as f32
         };
         Radii {
-            surface: (f64::from(self.initial.surface) * self.shrink.sqrt()) as f32,
-            medium: (f64::from(self.initial.medium) * self.shrink.powf(medium_exponent)) as f32,
+            surface: shrunk(self.initial.surface, surface),
+            medium: shrunk(self.initial.medium, medium),
         }
     }
 

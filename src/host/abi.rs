@@ -33,6 +33,11 @@ pub const VPT_PHOTON_SURFACE: u32 = 2;
 /// Added to an event after which the walk ended because its flux was no longer finite.
 pub const VPT_PHOTON_INVALID: u32 = 4;
 
+/// Values of `VptShooting::mode`.
+pub const VPT_SHOOTING_OFF: u32 = 0;
+pub const VPT_SHOOTING_UNIFORM: u32 = 1;
+pub const VPT_SHOOTING_METROPOLIS: u32 = 2;
+
 /// One medium of the scene.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -169,6 +174,9 @@ pub struct VptHost {
         walk: *mut *mut c_void,
         alive: *mut u32,
     ) -> i32,
+    /// Writes the indices, within the batch as it was emitted, of the walks that are alive.
+    pub photon_alive:
+        unsafe extern "C" fn(context: *mut c_void, walk: *mut c_void, out: *mut u32) -> i32,
     /// Writes one vertex per lane alive before the step and then the number of lanes alive after it.
     pub photon_step: unsafe extern "C" fn(
         context: *mut c_void,
@@ -237,8 +245,14 @@ pub struct VptHost {
 pub struct VptParameters {
     pub method: *const c_char,
     pub radius_schedule: *const c_char,
+    /// Null or empty for what the method's name says.
+    pub shooting: *const c_char,
+    /// Null or empty for the default.
+    pub photon_beams: *const c_char,
     pub passes: u32,
     pub photons: i64,
+    /// 0 for automatic.
+    pub chains: i64,
     pub jitter_every: i64,
     pub alpha: f32,
     pub surface_radius: f32,
@@ -254,6 +268,17 @@ pub struct VptParameters {
     pub threads: u32,
 }
 
+/// How one family of photons, on surfaces or in media, is shot; see `markov::FamilyReport`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptShooting {
+    /// One of `VPT_SHOOTING_*`.
+    pub mode: u32,
+    pub visible_share: f64,
+    pub acceptance: f64,
+    pub mutation_size: f32,
+}
+
 /// The state of a render between two passes.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -264,6 +289,8 @@ pub struct VptProgress {
     pub surface_radius: f32,
     pub medium_radius: f32,
     pub seconds: f64,
+    pub surface_shooting: VptShooting,
+    pub medium_shooting: VptShooting,
 }
 
 /// A statistics report that only the engine can read.

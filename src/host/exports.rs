@@ -2,22 +2,26 @@
 
 use super::abi::*;
 use super::scene::HostScene;
-use crate::method::{self, Method, Observer, Outcome, ParameterError, Parameters, Progress, Stats};
+use crate::markov::{FamilyReport, Mode};
+use crate::method::{self, Observer, Outcome, ParameterError, Parameters, Progress, Stats};
 use crate::scene::{PathLimits, Scene, UNBOUNDED_DEPTH};
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::time::Duration;
 
-/// The engine's default parameters; `method` and `radius_schedule` are null.
+/// The engine's default parameters; names are null.
 #[no_mangle]
 pub extern "C" fn vpt_default_parameters() -> VptParameters {
     let p = Parameters::default();
     VptParameters {
         method: std::ptr::null(),
         radius_schedule: std::ptr::null(),
+        shooting: std::ptr::null(),
+        photon_beams: std::ptr::null(),
         passes: p.passes,
         photons: p.photons as i64,
+        chains: p.chains as i64,
         jitter_every: i64::from(p.jitter_every),
         alpha: p.alpha,
         surface_radius: p.surface_radius,
@@ -163,7 +167,9 @@ fn write_sentence(out: *mut c_char, size: usize, sentence: &str) {
 /// The strings must be null or null-terminated.
 unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterError> {
     // SAFETY: the caller's promise.
-    let (method, schedule) = unsafe { (read_string(p.method), read_string(p.radius_schedule)) };
+    let [method, schedule, shooting, photon_beams] = unsafe {
+        [p.method, p.radius_schedule, p.shooting, p.photon_beams].map(|name| read_string(name))
+    };
     let at_least_one = |name, value: i64| {
         if value < 1 {
             Err(ParameterError::TooSmall { name, value })
@@ -171,17 +177,22 @@ unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterErro
             Ok(value)
         }
     };
+    let defaults = Parameters::default();
     Ok(Parameters {
-        method: method.as_deref().map_or(Ok(Method::Ppt), str::parse)?,
+        method: method.as_deref().map_or(Ok(defaults.method), str::parse)?,
+        shooting: shooting.as_deref().map(str::parse).transpose()?,
+        photon_beams: photon_beams.as_deref().map_or(Ok(defaults.photon_beams), str::parse)?,
+        chains: match p.chains {
+            chains if chains >= 0 => chains as u64,
+            chains => return Err(ParameterError::BadChains(chains)),
+        },
         passes: p.passes,
         photons: at_least_one("photons", p.photons)? as u64,
         jitter_every: at_least_one("jitter_every", p.jitter_every)?.min(i64::from(u32::MAX)) as u32,
         alpha: p.alpha,
         surface_radius: p.surface_radius,
         medium_radius: p.medium_radius,
-        radius_schedule: schedule
-            .as_deref()
-            .map_or(Ok(Parameters::default().radius_schedule), str::parse)?,
+        radius_schedule: schedule.as_deref().map_or(Ok(defaults.radius_schedule), str::parse)?,
         limits: PathLimits {
             max_depth: match p.max_depth {
                 -1 => UNBOUNDED_DEPTH,
@@ -200,11 +211,27 @@ unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterErro
     })
 }
 
+/// None where there is no text.
+///
 /// # Safety
 /// `s` must be null or null-terminated.
 unsafe fn read_string(s: *const c_char) -> Option<String> {
     // SAFETY: the caller's promise.
-    (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned())
+    let text = (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned());
+    text.filter(|text| !text.is_empty())
+}
+
+fn raw_shooting(report: &FamilyReport) -> VptShooting {
+    VptShooting {
+        mode: match report.mode {
+            Mode::Off => VPT_SHOOTING_OFF,
+            Mode::Uniform => VPT_SHOOTING_UNIFORM,
+            Mode::Metropolis => VPT_SHOOTING_METROPOLIS,
+        },
+        visible_share: report.visible_share,
+        acceptance: report.acceptance,
+        mutation_size: report.mutation_size,
+    }
 }
 
 struct Watch<'a>(&'a VptObserver);
@@ -231,6 +258,8 @@ impl Observer for Watch<'_> {
             surface_radius: progress.radii.surface,
             medium_radius: progress.radii.medium,
             seconds: progress.seconds,
+            surface_shooting: raw_shooting(&progress.shooting.surface),
+            medium_shooting: raw_shooting(&progress.shooting.medium),
         };
         // SAFETY: the callback was promised to be valid for the render.
         match unsafe { (self.0.progress)(self.0.context, &out) } {

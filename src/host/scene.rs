@@ -211,6 +211,14 @@ impl PhotonWalk for HostPhotonWalk<'_> {
         self.lanes as usize
     }
 
+    fn alive(&self, out: &mut Vec<u32>) -> SceneResult<()> {
+        out.resize(self.lanes as usize, 0);
+        let host = &self.scene.host;
+        // SAFETY: the array was just sized for the walks that are alive.
+        let status = unsafe { (host.photon_alive)(host.context, self.walk, out.as_mut_ptr()) };
+        self.scene.check(status)
+    }
+
     fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
         assert_eq!(numbers.len(), PHOTON_STEP_DIMENSIONS * self.lanes as usize);
         out.resize(self.lanes as usize);

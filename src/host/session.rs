@@ -1,11 +1,16 @@
 //! Mitsuba embedded in this process, without Python: one variant, any scene, the `vpt` integrator put
 //! into it.
 
-use super::abi::{VptHost, VptObserver, VptProgress, VptStats};
+use super::abi::{
+    VptHost, VptObserver, VptProgress, VptShooting, VptStats, VPT_SHOOTING_METROPOLIS,
+    VPT_SHOOTING_UNIFORM,
+};
 use super::HostScene;
 use crate::density::radius::Radii;
+use crate::markov::{FamilyReport, Mode};
 use crate::method::{Observer, Progress, RenderError, Stats};
 use crate::scene::PathLimits;
+use crate::transport::photon::PerFamily;
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -286,11 +291,29 @@ unsafe extern "C" fn bridge_progress(context: *mut c_void, progress: *const VptP
         walks: p.walks,
         radii: Radii { surface: p.surface_radius, medium: p.medium_radius },
         seconds: p.seconds,
+        shooting: PerFamily {
+            surface: read_shooting(&p.surface_shooting),
+            medium: read_shooting(&p.medium_shooting),
+        },
     };
     let watched = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         bridge.observer.progress(&progress)
     }));
     i32::from(!matches!(watched, Ok(ControlFlow::Continue(()))))
+}
+
+fn read_shooting(raw: &VptShooting) -> FamilyReport {
+    FamilyReport {
+        mode: match raw.mode {
+            VPT_SHOOTING_METROPOLIS => Mode::Metropolis,
+            VPT_SHOOTING_UNIFORM => Mode::Uniform,
+            _ => Mode::Off,
+        },
+        visible_share: raw.visible_share,
+        acceptance: raw.acceptance,
+        mutation_size: raw.mutation_size,
+        ..FamilyReport::default()
+    }
 }
 
 unsafe extern "C" fn bridge_finished(context: *mut c_void, stats: *const VptStats) {

@@ -9,7 +9,11 @@ use rand_pcg::Pcg64Mcg;
 pub enum Purpose {
     ViewRays = 1,
     Photons = 2,
-    Transmittance = 3,
+    PhotonTables = 3,
+    SurfaceMutations = 4,
+    MediumMutations = 5,
+    SurfaceExchange = 6,
+    MediumExchange = 7,
 }
 
 /// The stream that belongs to one batch of one pass.
@@ -25,6 +29,11 @@ pub fn stream(seed: u64, purpose: Purpose, pass: u64, batch: u64) -> Pcg64Mcg {
 pub fn fill(rng: &mut Pcg64Mcg, numbers: &mut Vec<f32>, count: usize) {
     numbers.resize(count, 0.0);
     rng.fill(numbers.as_mut_slice());
+}
+
+/// The next number in [0,1).
+pub fn next(rng: &mut Pcg64Mcg) -> f32 {
+    rng.random()
 }
 
 fn splitmix(mut z: u64) -> u64 {

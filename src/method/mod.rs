@@ -1,13 +1,19 @@
 //! The methods, each one readable loop, and what they share: parameters, progress, statistics.
 
+mod apa;
 mod observer;
 mod parameters;
-pub mod ppt;
+mod ppb;
+mod ppbt;
+mod ppbt_metro;
+mod ppt;
+mod ppt_metro;
+mod run;
 mod stats;
 
 pub use crate::transport::counters::Counters;
 pub use observer::{Observer, Progress, Silent};
-pub use parameters::{Method, ParameterError, Parameters};
+pub use parameters::{Method, ParameterError, Parameters, Shooting};
 pub use stats::{PhaseSeconds, Stats};
 
 use crate::film::FilmSums;
@@ -41,7 +47,13 @@ pub fn render(
     if scene.description().emitter_count == 0 {
         return Err(RenderError::NoEmitter);
     }
-    match parameters.method {
-        Method::Ppt => ppt::render(scene, parameters, observer),
-    }
+    let render = match (parameters.method, parameters.shooting()) {
+        (Method::Ppt, Shooting::Uniform) => ppt::render,
+        (Method::Ppbt, Shooting::Uniform) => ppbt::render,
+        (Method::Ppt | Method::PptMetro, _) => ppt_metro::render,
+        (Method::Ppbt | Method::PpbtMetro, _) => ppbt_metro::render,
+        (Method::Apa, _) => apa::render,
+        (Method::Ppb, _) => ppb::render,
+    };
+    render(scene, parameters, observer)
 }

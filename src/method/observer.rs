@@ -1,4 +1,6 @@
 use crate::density::radius::Radii;
+use crate::markov::FamilyReport;
+use crate::transport::photon::PerFamily;
 use std::ops::ControlFlow;
 
 /// The state of a render between two passes.
@@ -11,6 +13,8 @@ pub struct Progress {
     /// Radii of the pass that comes next.
     pub radii: Radii,
     pub seconds: f64,
+    /// How photons were shot in the last pass, by family.
+    pub shooting: PerFamily<FamilyReport>,
 }
 
 /// Watches a render; asked once before the first pass and after every pass.

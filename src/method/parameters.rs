@@ -1,22 +1,68 @@
 use crate::density::radius::{Schedule, UnknownSchedule};
+use crate::markov::Policy;
 use crate::scene::{PathLimits, UNBOUNDED_DEPTH};
+use crate::transport::photon_beam::{BeamKind, UnknownBeamKind};
 use serde::Serialize;
 use std::time::Duration;
 
-/// The algorithm that renders.
+/// The algorithm that renders. [Collin 2013 §6]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Progressive photon tracing: uniform photons into view beams and visible points.
     Ppt,
+    /// Progressive photon beam tracing: uniform photon beams into view beams.
+    Ppbt,
+    /// `ppt` with photons steered by Metropolis chains.
+    PptMetro,
+    /// `ppbt` with photons steered by Metropolis chains.
+    PpbtMetro,
+    /// A probabilistic approach (Knaus & Zwicker 2011): photon maps and the beam radiance estimate.
+    Apa,
+    /// Progressive photon beams (Jarosz et al. 2011): photon beams in a hierarchy.
+    Ppb,
 }
 
 impl Method {
-    pub const NAMES: [&'static str; 1] = ["ppt"];
+    pub const ALL: [Method; 6] =
+        [Method::Ppt, Method::Ppbt, Method::PptMetro, Method::PpbtMetro, Method::Apa, Method::Ppb];
 
     pub fn name(self) -> &'static str {
         match self {
             Method::Ppt => "ppt",
+            Method::Ppbt => "ppbt",
+            Method::PptMetro => "ppt_metro",
+            Method::PpbtMetro => "ppbt_metro",
+            Method::Apa => "apa",
+            Method::Ppb => "ppb",
+        }
+    }
+
+    /// All names, for messages.
+    fn names() -> String {
+        Method::ALL.map(Method::name).join(", ")
+    }
+}
+
+/// Where photons are shot from in primary sample space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shooting {
+    /// Everywhere alike.
+    Uniform,
+    /// By chains that stay where photons are seen.
+    Metropolis,
+    /// Uniformly where a good share of the photons is seen, by chains where it is not; for surfaces and
+    /// media each.
+    Auto,
+}
+
+impl Shooting {
+    pub fn name(self) -> &'static str {
+        match self {
+            Shooting::Uniform => "uniform",
+            Shooting::Metropolis => "metropolis",
+            Shooting::Auto => "auto",
         }
     }
 }
@@ -25,6 +71,12 @@ impl Method {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parameters {
     pub method: Method,
+    /// How photons are shot; none = as the method's name has it.
+    pub shooting: Option<Shooting>,
+    /// Metropolis chains per family; 0 = from the photons per pass.
+    pub chains: u64,
+    /// How far photon beams reach.
+    pub photon_beams: BeamKind,
     /// Photon passes (`spp` of the scene's sampler).
     pub passes: u32,
     /// Walks emitted per pass (`photons`).
@@ -58,6 +110,9 @@ impl Default for Parameters {
     fn default() -> Self {
         Parameters {
             method: Method::Ppt,
+            shooting: None,
+            chains: 0,
+            photon_beams: BeamKind::Short,
             passes: 16,
             photons: 100_000,
             jitter_every: 4,
@@ -75,8 +130,18 @@ impl Default for Parameters {
 /// A parameter that cannot be used, with the mend.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    #[error("unknown method \"{0}\"; this version has: {known}", known = Method::NAMES.join(", "))]
+    #[error("unknown method \"{0}\"; use one of: {known}", known = Method::names())]
     UnknownMethod(String),
+    #[error("unknown shooting \"{0}\"; use \"uniform\", \"metropolis\" or \"auto\"")]
+    UnknownShooting(String),
+    #[error(
+        "shooting is {shooting}, but method \"{method}\" always shoots otherwise; leave shooting out or \
+         use method \"{other}\"",
+        shooting = .shooting.name(), method = .method.name(), other = .other.name()
+    )]
+    ShootingAgainstMethod { shooting: Shooting, method: Method, other: Method },
+    #[error(transparent)]
+    UnknownBeamKind(#[from] UnknownBeamKind),
     #[error(transparent)]
     UnknownSchedule(#[from] UnknownSchedule),
     #[error("{name} is {value}, but must be a finite number >= 0 (0 = from the pixel footprint)")]
@@ -85,6 +150,8 @@ pub enum ParameterError {
     BadAlpha(f32),
     #[error("{name} is {value}, but must be at least 1")]
     TooSmall { name: &'static str, value: i64 },
+    #[error("chains is {0}, but must be at least 0 (0 = from the photons per pass)")]
+    BadChains(i64),
     #[error("max_depth is {0}, but must be -1 (unbounded) or at least 0")]
     BadMaxDepth(i64),
     #[error("rr_depth is {0}, but must be at least 1")]
@@ -94,16 +161,43 @@ pub enum ParameterError {
 impl std::str::FromStr for Method {
     type Err = ParameterError;
     fn from_str(name: &str) -> Result<Self, ParameterError> {
-        match name {
-            "ppt" => Ok(Method::Ppt),
-            _ => Err(ParameterError::UnknownMethod(name.to_owned())),
-        }
+        Method::ALL
+            .into_iter()
+            .find(|method| method.name() == name)
+            .ok_or_else(|| ParameterError::UnknownMethod(name.to_owned()))
+    }
+}
+
+impl std::str::FromStr for Shooting {
+    type Err = ParameterError;
+    fn from_str(name: &str) -> Result<Self, ParameterError> {
+        [Shooting::Uniform, Shooting::Metropolis, Shooting::Auto]
+            .into_iter()
+            .find(|shooting| shooting.name() == name)
+            .ok_or_else(|| ParameterError::UnknownShooting(name.to_owned()))
     }
 }
 
 impl Parameters {
+    /// How photons are shot.
+    pub fn shooting(&self) -> Shooting {
+        self.shooting.unwrap_or(match self.method {
+            Method::PptMetro | Method::PpbtMetro => Shooting::Metropolis,
+            Method::Ppt | Method::Ppbt | Method::Apa | Method::Ppb => Shooting::Uniform,
+        })
+    }
+
+    /// Which families get chains, for the methods that have any.
+    pub(super) fn policy(&self) -> Policy {
+        match self.shooting() {
+            Shooting::Auto => Policy::Auto,
+            Shooting::Uniform | Shooting::Metropolis => Policy::Metropolis,
+        }
+    }
+
     /// Checks ranges before any work is done.
     pub fn validate(&self) -> Result<(), ParameterError> {
+        self.check_shooting()?;
         for (name, value) in
             [("surface_radius", self.surface_radius), ("medium_radius", self.medium_radius)]
         {
@@ -124,5 +218,20 @@ impl Parameters {
             }
         }
         Ok(())
+    }
+
+    /// A name that says one thing and a parameter that says another are a mistake.
+    fn check_shooting(&self) -> Result<(), ParameterError> {
+        let Some(shooting) = self.shooting else { return Ok(()) };
+        let other = match (self.method, shooting) {
+            (Method::Ppt, Shooting::Metropolis) => Method::PptMetro,
+            (Method::Ppbt, Shooting::Metropolis) => Method::PpbtMetro,
+            (Method::PptMetro, Shooting::Uniform) => Method::Ppt,
+            (Method::PpbtMetro, Shooting::Uniform) => Method::Ppbt,
+            (Method::Apa, Shooting::Metropolis | Shooting::Auto) => Method::PptMetro,
+            (Method::Ppb, Shooting::Metropolis | Shooting::Auto) => Method::PpbtMetro,
+            _ => return Ok(()),
+        };
+        Err(ParameterError::ShootingAgainstMethod { shooting, method: self.method, other })
     }
 }

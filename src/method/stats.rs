@@ -1,6 +1,8 @@
 use super::Parameters;
 use crate::density::radius::Radii;
+use crate::markov::FamilyReport;
 use crate::transport::counters::Counters;
+use crate::transport::photon::PerFamily;
 use serde::Serialize;
 
 /// Seconds of wall time by phase, summed over the threads of batches that ran side by side.
@@ -8,7 +10,7 @@ use serde::Serialize;
 pub struct PhaseSeconds {
     /// View rays: tracing them and their transmittances.
     pub view: f64,
-    /// Building both trees.
+    /// Building trees: over receivers once per jitter, over photons (`apa`, `ppb`) in every pass.
     pub trees: f64,
     /// Photon walks, their queries and splats.
     pub photons: f64,
@@ -27,5 +29,7 @@ pub struct Stats {
     pub initial_radii: Radii,
     pub final_radii: Radii,
     pub counters: Counters,
+    /// What was measured and decided about shooting, by family; all zero where a method does not measure.
+    pub shooting: PerFamily<FamilyReport>,
     pub warnings: Vec<String>,
 }

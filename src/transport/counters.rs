@@ -1,3 +1,4 @@
+use super::photon::{Family, PerFamily};
 use serde::Serialize;
 
 /// What was done, counted.
@@ -8,7 +9,11 @@ pub struct Counters {
     pub visible_points: u64,
     /// Walks emitted.
     pub walks: u64,
-    /// Events that asked a tree: collisions in media and hits on smooth surfaces.
+    /// Walks of the uniform stream, and those of them that added something to a pixel, by family. The
+    /// ratio is the visible share.
+    pub uniform_walks: u64,
+    pub visible_walks: PerFamily<u64>,
+    /// Photons that looked for receivers: hits on smooth surfaces, and collisions or beams in media.
     pub medium_photons: u64,
     pub surface_photons: u64,
     /// Photons that fell within a receiver's radius.
@@ -26,6 +31,8 @@ impl Counters {
         self.view_beams += o.view_beams;
         self.visible_points += o.visible_points;
         self.walks += o.walks;
+        self.uniform_walks += o.uniform_walks;
+        self.add_visible(o.visible_walks);
         self.medium_photons += o.medium_photons;
         self.surface_photons += o.surface_photons;
         self.medium_deposits += o.medium_deposits;
@@ -35,8 +42,31 @@ impl Counters {
         self.dropped_view_rays += o.dropped_view_rays;
     }
 
-    /// What was dropped, in sentences for the user.
+    pub fn add_visible(&mut self, walks: PerFamily<u64>) {
+        for family in Family::ALL {
+            self.visible_walks[family] += walks[family];
+        }
+    }
+
+    /// What was dropped, and whether nothing was seen, in sentences for the user.
     pub fn warnings(&self) -> Vec<String> {
+        let dropped = self.dropped_warnings();
+        dropped.into_iter().chain(self.invisible_warning()).collect()
+    }
+
+    fn invisible_warning(&self) -> Option<String> {
+        let receivers = self.view_beams + self.visible_points;
+        let deposits = self.medium_deposits + self.surface_deposits;
+        (receivers > 0 && self.walks > 0 && deposits == 0).then(|| {
+            format!(
+                "none of {} photon walks reached what the camera sees, so the picture shows directly seen \
+                 emission alone; check that the lamps light the view, or give more photons or larger radii",
+                self.walks
+            )
+        })
+    }
+
+    fn dropped_warnings(&self) -> Vec<String> {
         [
             (self.dropped_photons, "photons"),
             (self.dropped_deposits, "contributions of photons"),

@@ -1,5 +1,6 @@
 //! What photons add to pixels, in an order that does not depend on the number of threads.
 
+use super::photon::Family;
 use crate::math::Rgb;
 use rayon::prelude::*;
 
@@ -8,10 +9,19 @@ use rayon::prelude::*;
 const SHARES: usize = 32;
 
 /// What one photon adds to one pixel: radiance times the number of emitted walks.
-#[derive(Debug, Clone, Copy)]
-struct Deposit {
-    pixel: u32,
-    radiance: Rgb,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deposit {
+    pub pixel: u32,
+    pub radiance: Rgb,
+}
+
+/// Where the deposits of walks go.
+pub trait Sink: Send {
+    /// Takes what `walk` (an index within its batch) adds.
+    fn push(&mut self, walk: u32, family: Family, deposit: Deposit);
+
+    /// Takes over what another sink holds, behind its own.
+    fn append(&mut self, other: Self);
 }
 
 /// Deposits in the order of their photons, by share of the pixels.
@@ -29,11 +39,11 @@ impl Deposits {
         }
     }
 
-    pub fn push(&mut self, pixel: u32, radiance: Rgb) {
-        self.shares[pixel as usize / self.pixels_per_share].push(Deposit { pixel, radiance });
+    pub fn push(&mut self, deposit: Deposit) {
+        self.shares[deposit.pixel as usize / self.pixels_per_share].push(deposit);
     }
 
-    pub fn append(&mut self, other: &mut Deposits) {
+    pub fn append(&mut self, mut other: Deposits) {
         for (mine, theirs) in self.shares.iter_mut().zip(&mut other.shares) {
             mine.append(theirs);
         }
@@ -55,12 +65,28 @@ impl PixelSums {
         PixelSums { sums: vec![[0.0; 3]; pixels] }
     }
 
+    pub fn len(&self) -> usize {
+        self.sums.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.sums.is_empty()
+    }
+
     pub fn get(&self, pixel: usize) -> [f64; 3] {
         self.sums[pixel]
     }
 
     pub fn clear(&mut self) {
         self.sums.fill([0.0; 3]);
+    }
+
+    /// Adds to one pixel.
+    pub fn add_to(&mut self, pixel: usize, radiance: [f64; 3], scale: f64) {
+        let sum = &mut self.sums[pixel];
+        for channel in 0..3 {
+            sum[channel] += radiance[channel] * scale;
+        }
     }
 
     /// Adds batches in their order, each pixel by one task.
@@ -74,6 +100,16 @@ impl PixelSums {
                 sum[1] += f64::from(deposit.radiance.g) * scale;
                 sum[2] += f64::from(deposit.radiance.b) * scale;
             }
+        });
+    }
+
+    /// Adds other sums, scaled, and sets them to zero.
+    pub fn drain(&mut self, other: &mut PixelSums, scale: f64) {
+        self.sums.par_iter_mut().zip(&mut other.sums).for_each(|(mine, theirs)| {
+            for channel in 0..3 {
+                mine[channel] += theirs[channel] * scale;
+            }
+            *theirs = [0.0; 3];
         });
     }
 }

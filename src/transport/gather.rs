@@ -1,228 +1,187 @@
-//! The receivers of a photon, and what it adds to their pixels.
+//! A batch of walks, from the lamps to the last deposit: photons look for their receivers.
 
-use crate::density::kernel;
+use super::counters::Counters;
+use super::deposits::Sink;
+use super::numbers::Numbers;
+use super::pairs::{Gathered, Pairs};
+use super::photon::{self, Event};
+use super::photon_beam::{BeamKind, PhotonBeams};
+use super::receivers::Receivers;
 use crate::density::radius::Radii;
-use crate::math::Rgb;
-use crate::medium::phase;
 use crate::scene::*;
-use crate::transport::counters::Counters;
-use crate::transport::deposits::Deposits;
-use crate::transport::receivers::Receivers;
-use crate::transport::view::Lobe;
-use glam::Vec3;
+use crate::transport::photon::PerFamily;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 
-/// Cosine between the geometric normals of photon and point above which they lie on one surface.
-const SAME_SURFACE: f32 = 0.5;
-/// Height of a photon over the point's plane, in radii, up to which they lie on one surface.
-const SAME_HEIGHT: f32 = 0.5;
+/// Vertices per task of a gather, and tasks after which pairs are handed to the scene.
+const VERTICES_PER_TASK: usize = 1024;
+const TASKS_PER_HANDOVER: usize = 8;
 
-/// What a range of photon vertices gave.
-pub struct Gathered {
-    pub deposits: Deposits,
-    pub asked: Asked,
-    pub counters: Counters,
+/// What a photon is while it crosses a medium.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Particles {
+    Points,
+    Beams(BeamKind),
 }
 
-/// Finds the receivers of photons and evaluates what the engine can by itself.
-pub struct Gather<'a> {
+/// What the photons of one pass are shot at, and how they are seen.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    pub scene: &'a dyn Scene,
     pub receivers: &'a Receivers,
-    pub media: &'a [Medium],
+    pub particles: Particles,
     pub radii: Radii,
     pub limits: PathLimits,
 }
 
-impl Gather<'_> {
-    pub fn run(&self, v: &PhotonVertices, range: std::ops::Range<usize>) -> Gathered {
-        let mut out = Gathered {
-            deposits: Deposits::new(self.receivers.pixels()),
-            asked: Asked::default(),
-            counters: Counters::default(),
+impl Target<'_> {
+    /// Shoots one batch of walks and gathers what those of the wanted families add. `tables` is the
+    /// stream of numbers for transmittance tables along photon beams.
+    pub fn shoot<S: Sink, N: Numbers>(
+        &self,
+        walks: usize,
+        numbers: &mut N,
+        tables: &mut Pcg64Mcg,
+        wanted: PerFamily<bool>,
+        sink: impl Fn() -> S + Sync,
+    ) -> SceneResult<(S, Counters)> {
+        let mut total = sink();
+        let mut counters = Counters { walks: walks as u64, ..Counters::default() };
+        let (mut planes, mut alive) = (Vec::new(), Vec::new());
+        let mut vertices = PhotonVertices::default();
+        let beams = matches!(self.particles, Particles::Beams(_)) && wanted.medium;
+        vertices.segments = beams.then(PhotonSegments::default);
+        numbers.emission(walks, &mut planes);
+        let mut photons = self.scene.emit(walks, &planes, self.limits)?;
+        for step in 0.. {
+            let lanes = photons.lanes();
+            if lanes == 0 {
+                break;
+            }
+            if N::KNOWS_WALKS {
+                photons.alive(&mut alive)?;
+            }
+            numbers.step(step, &alive, lanes, &mut planes);
+            photons.step(&planes, &mut vertices)?;
+            let (part, counts) = self.gather(&vertices, tables, wanted, &sink)?;
+            total.append(part);
+            counters.add(&counts);
+        }
+        Ok((total, counters))
+    }
+
+    /// What the vertices of one step add.
+    fn gather<S: Sink>(
+        &self,
+        vertices: &PhotonVertices,
+        tables: &mut Pcg64Mcg,
+        wanted: PerFamily<bool>,
+        sink: &(impl Fn() -> S + Sync),
+    ) -> SceneResult<(S, Counters)> {
+        let beams = match self.particles {
+            Particles::Beams(kind) if wanted.medium => {
+                PhotonBeams::of_vertices(kind, self.scene, vertices, tables)?
+            }
+            _ => PhotonBeams::default(),
         };
-        for lane in range {
-            if v.event[lane] & photon_event::INVALID != 0 {
-                out.counters.dropped_photons += 1;
+        let query = Query { target: self, pairs: self.pairs(), wanted, beams: &beams };
+        let lanes = vertices.event.len();
+        let points = (0..lanes).step_by(VERTICES_PER_TASK).map(Task::Vertices);
+        let lines = (0..beams.beams.len()).step_by(VERTICES_PER_TASK).map(Task::Beams);
+        let tasks: Vec<Task> = points.chain(lines).collect();
+        let (mut total, mut counters) = (sink(), Counters::default());
+        for group in tasks.chunks(TASKS_PER_HANDOVER) {
+            let parts: Vec<Gathered<S>> =
+                group.par_iter().map(|task| query.run(*task, vertices, sink())).collect();
+            // One batch of questions for the whole group.
+            let mut merged = Gathered::new(sink());
+            parts.into_iter().for_each(|part| merged.append(part));
+            let (part, counts) = merged.resolve(self.scene)?;
+            total.append(part);
+            counters.add(&counts);
+        }
+        Ok((total, counters))
+    }
+
+    fn pairs(&self) -> Pairs<'_> {
+        Pairs {
+            paths: &self.receivers.paths,
+            media: &self.scene.description().media,
+            radii: self.radii,
+            limits: self.limits,
+        }
+    }
+}
+
+/// A share of a step's queries, named by its first vertex or beam.
+#[derive(Clone, Copy)]
+enum Task {
+    Vertices(usize),
+    Beams(usize),
+}
+
+struct Query<'a> {
+    target: &'a Target<'a>,
+    pairs: Pairs<'a>,
+    wanted: PerFamily<bool>,
+    beams: &'a PhotonBeams,
+}
+
+impl Query<'_> {
+    fn run<S: Sink>(&self, task: Task, v: &PhotonVertices, sink: S) -> Gathered<S> {
+        let mut out = Gathered::new(sink);
+        let range = |first: usize, count: usize| first..count.min(first + VERTICES_PER_TASK);
+        match task {
+            Task::Vertices(first) => {
+                for lane in range(first, v.event.len()) {
+                    self.vertex(v, lane, &mut out);
+                }
             }
-            let event = v.event[lane] & !photon_event::INVALID;
-            if event == photon_event::NONE {
-                continue;
-            }
-            if !v.flux.rgb(lane).is_finite() || !v.position.get(lane).is_finite() {
-                out.counters.dropped_photons += 1;
-            } else if event == photon_event::MEDIUM {
-                self.medium(v, lane, &mut out);
-            } else {
-                self.surface(v, lane, &mut out);
+            Task::Beams(first) => {
+                for beam in &self.beams.beams[range(first, self.beams.beams.len())] {
+                    out.counters.medium_photons += 1;
+                    let tree = &self.target.receivers.beam_tree;
+                    tree.query_segment(
+                        &beam.segment,
+                        self.pairs.radii.medium,
+                        |index, approach| {
+                            let view = &self.pairs.paths.beams[index as usize];
+                            self.pairs.beam_on_beam(
+                                beam,
+                                &self.beams.tables,
+                                view,
+                                &approach,
+                                &mut out,
+                            );
+                        },
+                    );
+                }
             }
         }
         out
     }
 
-    fn within_depth(&self, view: u32, photon: u32) -> bool {
-        // Scattering here counts once, and a path keeps fewer than `max_depth` scattering events.
-        view.saturating_add(photon).saturating_add(2) <= self.limits.max_depth
-    }
-
-    // [Collin 2013 (4)], with the albedo in place of sigma_s: photons are stored per collision.
-    fn medium(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered) {
-        out.counters.medium_photons += 1;
-        let (position, direction) = (v.position.get(lane), v.direction.get(lane));
-        let (medium, depth) = (v.medium[lane], v.depth[lane]);
-        let flux = v.flux.rgb(lane) * kernel::disk(self.radii.medium);
-        let phase = self.media[medium as usize].phase;
-        let paths = &self.receivers.paths;
-        self.receivers.beam_tree.query(position, self.radii.medium, |index, t, _| {
-            let beam = &paths.beams[index as usize];
-            if beam.medium != medium || !self.within_depth(beam.depth, depth) {
-                return;
-            }
-            let tr = paths.beam_transmittance(beam, self.media, t);
-            let weighted = beam.throughput * tr * flux;
-            let cosine = -direction.dot(beam.segment.direction);
-            match phase {
-                Phase::Isotropic => out.keep(beam.pixel, weighted * phase::ISOTROPIC, true),
-                Phase::HenyeyGreenstein { g } => {
-                    out.keep(beam.pixel, weighted * phase::henyey_greenstein(g, cosine), true);
-                }
-                Phase::Opaque => {
-                    let view = beam.segment.direction;
-                    out.asked.phase(medium, position, direction, view, beam.pixel, weighted);
-                }
-            }
-        });
-    }
-
-    // [Collin 2013 (5)], without the cosine: the density of photons on a surface holds it.
-    fn surface(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered) {
-        out.counters.surface_photons += 1;
-        let (position, direction) = (v.position.get(lane), v.direction.get(lane));
-        let (normal, depth) = (v.geometric_normal.get(lane), v.depth[lane]);
-        let flux = v.flux.rgb(lane) * kernel::disk(self.radii.surface);
-        let points = &self.receivers.paths.points;
-        self.receivers.point_tree.query(position, self.radii.surface, |index, _| {
-            let point = &points[index as usize];
-            let height = (position - point.position).dot(point.geometric_normal).abs();
-            if normal.dot(point.geometric_normal) < SAME_SURFACE
-                || height > SAME_HEIGHT * self.radii.surface
-                || !self.within_depth(point.depth, depth)
-            {
-                return;
-            }
-            let weighted = point.throughput * flux;
-            match point.lobe {
-                Lobe::Lambertian(_) if direction.dot(point.normal) >= 0.0 => {}
-                Lobe::Lambertian(reflectance) => {
-                    out.keep(
-                        point.pixel,
-                        weighted * reflectance * std::f32::consts::FRAC_1_PI,
-                        false,
-                    );
-                }
-                Lobe::Stored(stored) => out.asked.bsdf(stored, direction, point.pixel, weighted),
-            }
-        });
-    }
-}
-
-impl Gathered {
-    fn keep(&mut self, pixel: u32, radiance: Rgb, in_medium: bool) {
-        keep(&mut self.deposits, &mut self.counters, pixel, radiance, in_medium);
-    }
-}
-
-fn keep(
-    deposits: &mut Deposits,
-    counters: &mut Counters,
-    pixel: u32,
-    radiance: Rgb,
-    in_medium: bool,
-) {
-    if !radiance.is_finite() {
-        counters.dropped_deposits += 1;
-        return;
-    }
-    if in_medium {
-        counters.medium_deposits += 1;
-    } else {
-        counters.surface_deposits += 1;
-    }
-    deposits.push(pixel, radiance);
-}
-
-/// Pairs whose scattering function only the scene can evaluate.
-#[derive(Default)]
-pub struct Asked {
-    phases: Vec<AskedPhase>,
-    bsdfs: Vec<AskedBsdf>,
-}
-
-struct AskedPhase {
-    medium: u32,
-    position: Vec3,
-    photon: Vec3,
-    view: Vec3,
-    pixel: u32,
-    weighted: Rgb,
-}
-
-struct AskedBsdf {
-    point: u32,
-    photon: Vec3,
-    pixel: u32,
-    weighted: Rgb,
-}
-
-impl Asked {
-    fn phase(
-        &mut self,
-        medium: u32,
-        position: Vec3,
-        photon: Vec3,
-        view: Vec3,
-        pixel: u32,
-        weighted: Rgb,
-    ) {
-        self.phases.push(AskedPhase { medium, position, photon, view, pixel, weighted });
-    }
-
-    fn bsdf(&mut self, point: u32, photon: Vec3, pixel: u32, weighted: Rgb) {
-        self.bsdfs.push(AskedBsdf { point, photon, pixel, weighted });
-    }
-
-    pub fn append(&mut self, mut other: Asked) {
-        self.phases.append(&mut other.phases);
-        self.bsdfs.append(&mut other.bsdfs);
-    }
-
-    /// Asks the scene and turns the answers into deposits.
-    pub fn resolve(
-        self,
-        scene: &dyn Scene,
-        deposits: &mut Deposits,
-        counters: &mut Counters,
-    ) -> SceneResult<()> {
-        let mut values = Planes::default();
-        if !self.phases.is_empty() {
-            let pairs = PhasePairs {
-                medium: self.phases.iter().map(|p| p.medium).collect(),
-                position: Planes::push_all(self.phases.iter().map(|p| p.position)),
-                photon_direction: Planes::push_all(self.phases.iter().map(|p| p.photon)),
-                view_direction: Planes::push_all(self.phases.iter().map(|p| p.view)),
-            };
-            scene.eval_phase(&pairs, &mut values)?;
-            for (lane, pair) in self.phases.iter().enumerate() {
-                keep(deposits, counters, pair.pixel, pair.weighted * values.rgb(lane), true);
-            }
+    fn vertex<S: Sink>(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered<S>) {
+        if photon::ended_invalid(v, lane) {
+            out.counters.dropped_photons += 1;
         }
-        if !self.bsdfs.is_empty() {
-            let pairs = SurfacePairs {
-                point: self.bsdfs.iter().map(|p| p.point).collect(),
-                photon_direction: Planes::push_all(self.bsdfs.iter().map(|p| p.photon)),
-            };
-            scene.eval_bsdf(&pairs, &mut values)?;
-            for (lane, pair) in self.bsdfs.iter().enumerate() {
-                keep(deposits, counters, pair.pixel, pair.weighted * values.rgb(lane), false);
+        let Target { receivers, particles, .. } = self.target;
+        let paths = self.pairs.paths;
+        match photon::event(v, lane) {
+            Event::Invalid => out.counters.dropped_photons += 1,
+            Event::Medium(p) if self.wanted.medium && *particles == Particles::Points => {
+                out.counters.medium_photons += 1;
+                receivers.beam_tree.query(p.position, self.pairs.radii.medium, |index, t, _| {
+                    self.pairs.point_on_beam(&p, &paths.beams[index as usize], t, out);
+                });
             }
+            Event::Surface(p) if self.wanted.surface => {
+                out.counters.surface_photons += 1;
+                receivers.point_tree.query(p.position, self.pairs.radii.surface, |index, _| {
+                    self.pairs.photon_on_point(&p, &paths.points[index as usize], out);
+                });
+            }
+            _ => {}
         }
-        Ok(())
     }
 }

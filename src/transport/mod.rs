@@ -1,10 +1,17 @@
 //! Light's two ways: ray paths from the eye, walks from the lamps.
 
+pub mod asked;
 pub mod counters;
 pub mod deposits;
 pub mod footprint;
 pub mod gather;
+pub mod numbers;
+pub mod pairs;
+pub mod photon;
+pub mod photon_beam;
+pub mod photon_map;
 pub mod photons;
 pub mod receivers;
+pub mod store;
 pub mod tabulate;
 pub mod view;

@@ -1,67 +1,68 @@
-//! Photon walks: shot in batches, deposited into the receivers that they pass, and forgotten. Memory
+//! Uniform shooting: walks in batches, deposited into the receivers that they pass, and forgotten. Memory
 //! does not depend on how many are shot. [Collin 2013 §5.2]
 
-use crate::density::radius::Radii;
-use crate::math::uniform;
-use crate::scene::*;
-use crate::transport::counters::Counters;
-use crate::transport::deposits::{Deposits, PixelSums};
-use crate::transport::gather::{Asked, Gather, Gathered};
-use crate::transport::receivers::Receivers;
-use rand_pcg::Pcg64Mcg;
+use super::counters::Counters;
+use super::deposits::{Deposit, Deposits, PixelSums, Sink};
+use super::gather::Target;
+use super::numbers::Uniform;
+use super::photon::{Family, PerFamily};
+use crate::math::uniform::{self, Purpose};
+use crate::scene::{Batching, SceneResult};
 use rayon::prelude::*;
 
 /// Deposits that a round of batches may hold before they are added up; bounds memory.
 const DEPOSITS_PER_ROUND: usize = 1 << 20;
 /// Batches per round at most.
 const BATCHES_PER_ROUND: usize = 64;
-/// Vertices per task of a gather, and tasks after which pairs are handed to the scene.
-const VERTICES_PER_TASK: usize = 1024;
-const TASKS_PER_HANDOVER: usize = 8;
 
 /// Shoots the uniform photons of one pass after another.
 #[derive(Debug)]
-pub struct PhotonShooter {
+pub struct UniformShooter {
     seed: u64,
-    limits: PathLimits,
     batches_per_round: usize,
 }
 
-impl PhotonShooter {
-    pub fn new(seed: u64, limits: PathLimits) -> Self {
-        PhotonShooter { seed, limits, batches_per_round: 4 }
+impl UniformShooter {
+    pub fn new(seed: u64) -> Self {
+        UniformShooter { seed, batches_per_round: 4 }
     }
 
     /// Emits `walks` walks and adds the pass's radiance to `sums`.
     pub fn shoot(
         &mut self,
-        scene: &dyn Scene,
-        receivers: &Receivers,
-        radii: Radii,
+        target: &Target,
         pass: u64,
         walks: u64,
         sums: &mut PixelSums,
     ) -> SceneResult<Counters> {
-        let Batching { lanes, concurrent } = scene.batching();
+        let Batching { lanes, concurrent } = target.scene.batching();
         let lanes = (lanes as u64).min(walks);
-        let (seed, limits) = (self.seed, self.limits);
-        let run = |batch: u64| -> SceneResult<(Deposits, Counters)> {
+        let pixels = target.receivers.pixels();
+        let seed = self.seed;
+        let run = |batch: u64| -> SceneResult<(Splat, Counters)> {
             let count = lanes.min(walks - batch * lanes) as usize;
-            let rng = uniform::stream(seed, uniform::Purpose::Photons, pass, batch);
-            Batch::new(scene, receivers, radii, limits).shoot(count, rng)
+            let mut numbers = Uniform(uniform::stream(seed, Purpose::Photons, pass, batch));
+            let mut tables = uniform::stream(seed, Purpose::PhotonTables, pass, batch);
+            let both = PerFamily { surface: true, medium: true };
+            target.shoot(count, &mut numbers, &mut tables, both, || Splat::new(pixels))
         };
         let mut counters = Counters::default();
         let (mut next, end) = (0, walks.div_ceil(lanes));
         while next < end {
-            let results: Vec<(Deposits, Counters)> = if concurrent {
+            let results: Vec<(Splat, Counters)> = if concurrent {
                 let round = next..end.min(next + self.batches_per_round as u64);
                 round.into_par_iter().map(run).collect::<SceneResult<_>>()?
             } else {
                 vec![run(next)?]
             };
             next += results.len() as u64;
-            let (deposits, counts): (Vec<_>, Vec<_>) = results.into_iter().unzip();
-            counts.iter().for_each(|count| counters.add(count));
+            let mut deposits = Vec::with_capacity(results.len());
+            for (splat, counts) in results {
+                counters.add(&counts);
+                counters.uniform_walks += counts.walks;
+                counters.add_visible(splat.visible_walks(lanes as usize));
+                deposits.push(splat.deposits);
+            }
             // [Collin 2013 (2), (3)]: the sum over photons divided by the number of emitted walks.
             sums.add(&deposits, 1.0 / walks as f64);
             self.plan_round(&deposits);
@@ -77,62 +78,40 @@ impl PhotonShooter {
     }
 }
 
-/// One batch of walks, from the lamps to the last deposit.
-struct Batch<'a> {
-    scene: &'a dyn Scene,
-    receivers: &'a Receivers,
-    gather: Gather<'a>,
-    limits: PathLimits,
+/// Deposits by share of the pixels, and which walks were seen.
+struct Splat {
+    deposits: Deposits,
+    /// A walk and family for each vertex or beam that added something; neighbours are not repeated.
+    seen: Vec<(u32, Family)>,
 }
 
-impl<'a> Batch<'a> {
-    fn new(
-        scene: &'a dyn Scene,
-        receivers: &'a Receivers,
-        radii: Radii,
-        limits: PathLimits,
-    ) -> Self {
-        let gather = Gather { receivers, media: &scene.description().media, radii, limits };
-        Batch { scene, receivers, gather, limits }
+impl Splat {
+    fn new(pixels: usize) -> Self {
+        Splat { deposits: Deposits::new(pixels), seen: Vec::new() }
     }
 
-    fn shoot(&self, walks: usize, mut rng: Pcg64Mcg) -> SceneResult<(Deposits, Counters)> {
-        let mut deposits = Deposits::new(self.receivers.pixels());
-        let mut counters = Counters { walks: walks as u64, ..Counters::default() };
-        let (mut numbers, mut vertices) = (Vec::new(), PhotonVertices::default());
-        uniform::fill(&mut rng, &mut numbers, EMIT_DIMENSIONS * walks);
-        let mut photons = self.scene.emit(walks, &numbers, self.limits)?;
-        while photons.lanes() > 0 {
-            let lanes = photons.lanes();
-            uniform::fill(&mut rng, &mut numbers, PHOTON_STEP_DIMENSIONS * lanes);
-            photons.step(&numbers, &mut vertices)?;
-            self.deposit(&vertices, &mut deposits, &mut counters)?;
-        }
-        Ok((deposits, counters))
-    }
-
-    fn deposit(
-        &self,
-        vertices: &PhotonVertices,
-        deposits: &mut Deposits,
-        counters: &mut Counters,
-    ) -> SceneResult<()> {
-        let lanes = vertices.event.len();
-        let tasks: Vec<_> = (0..lanes)
-            .step_by(VERTICES_PER_TASK)
-            .map(|a| a..lanes.min(a + VERTICES_PER_TASK))
-            .collect();
-        for group in tasks.chunks(TASKS_PER_HANDOVER) {
-            let gathered: Vec<Gathered> =
-                group.par_iter().map(|range| self.gather.run(vertices, range.clone())).collect();
-            let mut asked = Asked::default();
-            for mut part in gathered {
-                deposits.append(&mut part.deposits);
-                counters.add(&part.counters);
-                asked.append(part.asked);
+    /// The number of walks, out of a batch of `lanes`, that added something, by family.
+    fn visible_walks(&self, lanes: usize) -> PerFamily<u64> {
+        PerFamily::from_fn(|family| {
+            let mut is_seen = vec![false; lanes];
+            for &(walk, _) in self.seen.iter().filter(|(_, of)| *of == family) {
+                is_seen[walk as usize] = true;
             }
-            asked.resolve(self.scene, deposits, counters)?;
+            is_seen.iter().filter(|seen| **seen).count() as u64
+        })
+    }
+}
+
+impl Sink for Splat {
+    fn push(&mut self, walk: u32, family: Family, deposit: Deposit) {
+        self.deposits.push(deposit);
+        if self.seen.last() != Some(&(walk, family)) {
+            self.seen.push((walk, family));
         }
-        Ok(())
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.deposits.append(other.deposits);
+        self.seen.append(&mut other.seen);
     }
 }

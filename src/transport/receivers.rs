@@ -22,3 +22,9 @@ impl Receivers {
         self.paths.film.len()
     }
 }
+
+impl AsRef<ViewPaths> for Receivers {
+    fn as_ref(&self) -> &ViewPaths {
+        &self.paths
+    }
+}

@@ -4,7 +4,7 @@
 use crate::math::{uniform, Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::scene::*;
-use crate::transport::tabulate::tabulate;
+use crate::transport::tabulate::{tabulate, Crossing};
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -109,6 +109,12 @@ pub fn trace(
     Ok(paths)
 }
 
+impl AsRef<ViewPaths> for ViewPaths {
+    fn as_ref(&self) -> &ViewPaths {
+        self
+    }
+}
+
 impl ViewPaths {
     fn append(&mut self, mut other: ViewPaths) {
         let tables = self.tables.append(other.tables);
@@ -207,8 +213,7 @@ impl<'a> Tracer<'a> {
         for _ in 0..MAX_SEGMENTS {
             uniform::fill(&mut self.rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
             walk.step(&numbers, &mut vertices)?;
-            let (paths, rng, known) = (&self.paths, &mut self.rng, &mut self.out.tables);
-            let tables = tabulate(self.scene, &vertices, |lane| paths[lane].alive, rng, known)?;
+            let tables = self.tabulate(&vertices)?;
             for (lane, &table) in tables.iter().enumerate() {
                 self.extend(lane, table, &vertices);
             }
@@ -218,6 +223,27 @@ impl<'a> Tracer<'a> {
         }
         self.out.dropped += self.paths.iter().filter(|path| path.alive).count() as u64;
         Ok(self.out)
+    }
+
+    /// Tables along the newest segments, by lane.
+    fn tabulate(&mut self, v: &ViewVertices) -> SceneResult<Vec<u32>> {
+        let crosses = |lane: &usize| self.paths[*lane].alive && v.medium[*lane] != VACUUM;
+        let lanes: Vec<usize> = (0..self.paths.len()).filter(crosses).collect();
+        let crossing = |&lane: &usize| Crossing {
+            segment: Segment {
+                origin: v.origin.get(lane),
+                direction: v.direction.get(lane),
+                length: v.length[lane],
+            },
+            medium: v.medium[lane],
+        };
+        let crossings: Vec<_> = lanes.iter().map(crossing).collect();
+        let tables = tabulate(self.scene, &crossings, &mut self.rng, &mut self.out.tables)?;
+        let mut by_lane = vec![NO_TABLE; self.paths.len()];
+        for (lane, table) in lanes.into_iter().zip(tables) {
+            by_lane[lane] = table;
+        }
+        Ok(by_lane)
     }
 
     fn film_positions(&mut self) -> Vec<f32> {
@@ -372,7 +398,7 @@ impl<'a> Tracer<'a> {
 
 /// Length after which a beam in a constant medium shows nothing more: no channel that scatters is left.
 /// Fog without any surface has no diagonal to bound it.
-fn visible_length(sigma_t: Rgb, bounds: &Aabb) -> f32 {
+pub fn visible_length(sigma_t: Rgb, bounds: &Aabb) -> f32 {
     let scattering = [sigma_t.r, sigma_t.g, sigma_t.b].into_iter().filter(|sigma| *sigma > 0.0);
     let opaque = OPAQUE_DEPTH / scattering.fold(f32::INFINITY, f32::min);
     if bounds.is_empty() {

@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use vpt::density::radius::{Radii, RadiusSequence};
+use vpt::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use vpt::film::FilmSums;
 use vpt::math::uniform::{self, Purpose};
 use vpt::method::Parameters;
@@ -61,7 +61,12 @@ pub fn render(scene: &dyn Scene, parameters: &Parameters) -> FilmSums {
     let description = scene.description();
     let mut film = FilmSums::new(description);
     let initial = Radii { surface: parameters.surface_radius, medium: parameters.medium_radius };
-    let mut radii = RadiusSequence::new(initial, parameters.alpha, parameters.radius_schedule);
+    let mut radii = RadiusSequence::new(
+        initial,
+        parameters.alpha,
+        parameters.radius_schedule,
+        KernelDimensions::POINTS,
+    );
     let passes: Vec<u32> = (0..parameters.passes).collect();
     for (jitter, block) in passes.chunks(parameters.jitter_every as usize).enumerate() {
         let view = View::trace(scene, parameters, jitter as u64);

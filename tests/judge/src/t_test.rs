@@ -58,6 +58,12 @@ impl Estimate {
     /// derived a bound for.
     #[track_caller]
     pub fn assert_equals(&self, name: &str, expected: f64, bias: f64) {
+        self.assert_noticing(detectable(), name, expected, bias);
+    }
+
+    /// As [`Estimate::assert_equals`], with the relative fault that has to be noticed.
+    #[track_caller]
+    pub fn assert_noticing(&self, detectable: f64, name: &str, expected: f64, bias: f64) {
         let allowed = (bias + ROUNDING) * expected.abs();
         let deviation = (self.mean - expected).abs();
         let noise = self.critical() * self.standard_error;
@@ -76,9 +82,9 @@ impl Estimate {
         );
         let margin = self.students_t().inverse_cdf(POWER) * self.standard_error;
         assert!(
-            noise + margin + allowed <= detectable() * expected.abs(),
+            noise + margin + allowed <= detectable * expected.abs(),
             "{name}: too noisy to notice a fault of {} %: standard error {:.3} %",
-            100.0 * detectable(),
+            100.0 * detectable,
             100.0 * self.standard_error / expected.abs()
         );
     }

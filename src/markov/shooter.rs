@@ -1,0 +1,332 @@
+//! Shoots a pass by the uniform stream and, for each family that profits, by chains.
+
+use super::chains::{ChainCounts, Clock, Population, State};
+use super::recorded::Recorded;
+use super::trails::Trails;
+use crate::math::uniform::{self, Purpose};
+use crate::scene::{Batching, SceneResult};
+use crate::transport::counters::Counters;
+use crate::transport::deposits::{Deposits, PixelSums};
+use crate::transport::gather::Target;
+use crate::transport::numbers::Uniform;
+use crate::transport::photon::{Family, PerFamily};
+use crate::transport::photons::UniformShooter;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Where the visible share is larger, `auto` shoots uniformly: a chain's states resemble one another, so
+/// that some twenty mutations are worth one independent walk.
+const UNIFORM_ABOVE: f64 = 0.05;
+/// Iterations per pass that the automatic number of chains leaves room for, and its bounds.
+const ITERATIONS_PER_PASS: u64 = 8;
+const CHAINS: std::ops::RangeInclusive<u64> = 64..=1 << 16;
+/// Deposits that the states of one family may hold: 256 MiB.
+const STORED_DEPOSITS: u64 = 1 << 24;
+
+/// Which families get chains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Policy {
+    /// Both.
+    Metropolis,
+    /// Those of which little is visible, as the pass before has measured.
+    Auto,
+}
+
+/// How one family is shot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// Nothing of this family can be seen: there are no receivers.
+    #[default]
+    Off,
+    Uniform,
+    Metropolis,
+}
+
+/// What is known of one family's shooting so far.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct FamilyReport {
+    /// In the last pass.
+    pub mode: Mode,
+    /// Share of the uniform stream's walks that were visible, over all passes.
+    pub visible_share: f64,
+    pub visible_walks: u64,
+    pub chains: usize,
+    /// Share of all mutations that were accepted.
+    pub acceptance: f64,
+    pub mutation_size: f32,
+    #[serde(flatten)]
+    pub counts: ChainCounts,
+}
+
+/// Shoots the photons of one pass after another.
+#[derive(Debug)]
+pub struct ChainShooter {
+    seed: u64,
+    policy: Policy,
+    /// Chains per family; 0 = from the photons per pass.
+    chains: u64,
+    uniform: UniformShooter,
+    populations: PerFamily<Option<Population>>,
+    modes: PerFamily<Mode>,
+    /// Visible share of the last pass; none before the first.
+    last_share: Option<PerFamily<f64>>,
+    total: Counters,
+    has_new_receivers: bool,
+}
+
+/// A batch of the uniform stream.
+struct Offer {
+    states: PerFamily<Vec<State>>,
+    splat: Deposits,
+    visible: PerFamily<u64>,
+    counters: Counters,
+}
+
+impl ChainShooter {
+    pub fn new(seed: u64, policy: Policy, chains: u64) -> Self {
+        ChainShooter {
+            seed,
+            policy,
+            chains,
+            uniform: UniformShooter::new(seed),
+            populations: PerFamily::default(),
+            modes: PerFamily::default(),
+            last_share: None,
+            total: Counters::default(),
+            has_new_receivers: true,
+        }
+    }
+
+    /// Says that the next pass shoots at other receivers.
+    pub fn receivers_changed(&mut self) {
+        self.has_new_receivers = true;
+    }
+
+    pub fn population(&self, family: Family) -> Option<&Population> {
+        self.populations[family].as_ref()
+    }
+
+    pub fn report(&self) -> PerFamily<FamilyReport> {
+        PerFamily::from_fn(|family| {
+            let population = self.populations[family].as_ref();
+            let counts = population.map(Population::counts).unwrap_or_default();
+            let visible_walks = self.total.visible_walks[family];
+            FamilyReport {
+                mode: self.modes[family],
+                visible_share: share(visible_walks, self.total.uniform_walks),
+                visible_walks,
+                chains: population.map_or(0, Population::chain_count),
+                acceptance: share(counts.accepted_walks, counts.mutated_walks),
+                mutation_size: population.map_or(0.0, Population::mutation_size),
+                counts,
+            }
+        })
+    }
+
+    /// Shoots about `walks` walks, mutations included, and adds the pass's radiance to `sums`.
+    pub fn shoot(
+        &mut self,
+        target: &Target,
+        pass: u64,
+        walks: u64,
+        sums: &mut PixelSums,
+    ) -> SceneResult<Counters> {
+        self.modes = self.choose_modes(target);
+        let with_chains = Family::ALL.iter().any(|&f| self.modes[f] == Mode::Metropolis);
+        let counters = if with_chains {
+            self.shoot_with_chains(target, pass, walks, sums)?
+        } else {
+            self.uniform.shoot(target, pass, walks, sums)?
+        };
+        self.has_new_receivers = false;
+        self.last_share = Some(PerFamily::from_fn(|family| {
+            share(counters.visible_walks[family], counters.uniform_walks)
+        }));
+        self.total.add(&counters);
+        Ok(counters)
+    }
+
+    fn choose_modes(&self, target: &Target) -> PerFamily<Mode> {
+        let paths = &target.receivers.paths;
+        PerFamily::from_fn(|family| {
+            let has_receivers = match family {
+                Family::Surface => !paths.points.is_empty(),
+                Family::Medium => !paths.beams.is_empty(),
+            };
+            match (has_receivers, self.policy, self.last_share) {
+                (false, ..) => Mode::Off,
+                (true, Policy::Metropolis, _) => Mode::Metropolis,
+                (true, Policy::Auto, Some(share)) if share[family] < UNIFORM_ABOVE => {
+                    Mode::Metropolis
+                }
+                (true, Policy::Auto, _) => Mode::Uniform,
+            }
+        })
+    }
+
+    fn shoot_with_chains(
+        &mut self,
+        target: &Target,
+        pass: u64,
+        walks: u64,
+        sums: &mut PixelSums,
+    ) -> SceneResult<Counters> {
+        let mut counters = Counters::default();
+        let mut clock = Clock { seed: self.seed, pass, batch: 0 };
+        let mut splat = PixelSums::new(target.receivers.pixels());
+        self.prepare(target, walks, &mut clock, &mut counters)?;
+        let uniform_walks = self.iteration_walks(walks);
+        loop {
+            let before = counters.walks;
+            self.iterate(target, uniform_walks, &mut clock, &mut splat, &mut counters)?;
+            // The pass ends where another iteration like this one would overshoot by more than it adds.
+            let iteration = counters.walks - before;
+            if counters.walks + iteration / 2 >= walks {
+                break;
+            }
+        }
+        sums.drain(&mut splat, 1.0 / counters.uniform_walks as f64);
+        for family in Family::ALL {
+            if let (Mode::Metropolis, Some(population)) =
+                (self.modes[family], &mut self.populations[family])
+            {
+                let visible = counters.visible_walks[family];
+                population.end_pass(share(visible, counters.uniform_walks), sums);
+            }
+        }
+        Ok(counters)
+    }
+
+    /// Makes populations, starts them anew at new receivers and renews them under new radii.
+    fn prepare(
+        &mut self,
+        target: &Target,
+        walks: u64,
+        clock: &mut Clock,
+        counters: &mut Counters,
+    ) -> SceneResult<()> {
+        let pixels = target.receivers.pixels();
+        for family in Family::ALL {
+            let chains = self.chain_count(family, walks);
+            if self.modes[family] != Mode::Metropolis {
+                continue;
+            }
+            let population = self.populations[family]
+                .get_or_insert_with(|| Population::new(family, chains as usize, pixels));
+            if self.has_new_receivers {
+                population.restart(chains as usize);
+            } else {
+                counters.add(&population.renew(target, clock)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// As many chains as leave room for several iterations of uniform walks and of both families'
+    /// mutations, unless the number is given.
+    fn chain_count(&self, family: Family, walks: u64) -> u64 {
+        let wanted = match self.chains {
+            0 => (walks / (3 * ITERATIONS_PER_PASS)).clamp(*CHAINS.start(), *CHAINS.end()),
+            given => given,
+        };
+        let deposits = match family {
+            Family::Surface => self.total.surface_deposits,
+            Family::Medium => self.total.medium_deposits,
+        };
+        let per_walk = deposits / self.total.walks.max(1);
+        wanted.min((STORED_DEPOSITS / per_walk.max(1)).max(1))
+    }
+
+    /// Walks of the uniform stream per iteration: one per chain.
+    fn iteration_walks(&self, walks: u64) -> u64 {
+        let chains = Family::ALL.iter().filter(|&&f| self.modes[f] == Mode::Metropolis).filter_map(
+            |&family| self.populations[family].as_ref().map(|p| p.chain_count() as u64),
+        );
+        chains.max().unwrap_or(1).min(walks)
+    }
+
+    // [Hachisuka 2011 Algorithm 1], all chains at once
+    fn iterate(
+        &mut self,
+        target: &Target,
+        walks: u64,
+        clock: &mut Clock,
+        splat: &mut PixelSums,
+        counters: &mut Counters,
+    ) -> SceneResult<()> {
+        let mut offers = self.shoot_uniform(target, walks, clock)?;
+        for offer in &offers {
+            counters.add(&offer.counters);
+            counters.add_visible(offer.visible);
+        }
+        for family in Family::ALL {
+            let (Mode::Metropolis, Some(population)) =
+                (self.modes[family], &mut self.populations[family])
+            else {
+                continue;
+            };
+            let purpose = match family {
+                Family::Surface => Purpose::SurfaceExchange,
+                Family::Medium => Purpose::MediumExchange,
+            };
+            let mut dice = uniform::stream(clock.seed, purpose, clock.pass, clock.batch);
+            let states = offers.iter_mut().flat_map(|offer| offer.states[family].drain(..));
+            population.exchange(states.collect(), &mut dice);
+            counters.add(&population.mutate(target, clock)?);
+        }
+        let deposits: Vec<Deposits> = offers.into_iter().map(|offer| offer.splat).collect();
+        splat.add(&deposits, 1.0);
+        Ok(())
+    }
+
+    /// Walks of the uniform stream: states for the families with chains, deposits for the others.
+    fn shoot_uniform(
+        &self,
+        target: &Target,
+        walks: u64,
+        clock: &mut Clock,
+    ) -> SceneResult<Vec<Offer>> {
+        let Batching { lanes, concurrent } = target.scene.batching();
+        let lanes = (lanes as u64).min(walks);
+        let batches = walks.div_ceil(lanes);
+        let first = clock.take(batches);
+        let run = |batch: u64| {
+            let count = lanes.min(walks - batch * lanes) as usize;
+            self.offer(target, count, Clock { batch: first.batch + batch, ..first })
+        };
+        if concurrent {
+            (0..batches).into_par_iter().map(run).collect()
+        } else {
+            (0..batches).map(run).collect()
+        }
+    }
+
+    fn offer(&self, target: &Target, walks: usize, clock: Clock) -> SceneResult<Offer> {
+        let stream = |purpose| uniform::stream(clock.seed, purpose, clock.pass, clock.batch);
+        let mut numbers = Recorded::new(Uniform(stream(Purpose::Photons)));
+        let mut tables = stream(Purpose::PhotonTables);
+        let has_chains = PerFamily::from_fn(|family| self.modes[family] == Mode::Metropolis);
+        let wanted = PerFamily::from_fn(|family| self.modes[family] != Mode::Off);
+        let pixels = target.receivers.pixels();
+        let sink = || Trails::new(has_chains, pixels);
+        let (mut trails, mut counters) =
+            target.shoot(walks, &mut numbers, &mut tables, wanted, sink)?;
+        counters.uniform_walks = walks as u64;
+        let states = PerFamily::from_fn(|family| -> Vec<State> {
+            let state = |(walk, deposits)| State { sample: numbers.of_walk(walk), deposits };
+            trails.take(family).into_iter().map(state).collect()
+        });
+        let (splat, splatted) = trails.into_splat();
+        let visible = PerFamily::from_fn(|family| splatted[family] + states[family].len() as u64);
+        Ok(Offer { states, splat, visible, counters })
+    }
+}
+
+fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 {
+        0.0
+    } else {
+        part as f64 / whole as f64
+    }
+}

@@ -1,0 +1,254 @@
+//! What all methods share: passes, jitters, radii, the film, clocks and counters.
+
+use super::{Counters, Observer, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
+use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
+use crate::film::{add_jitter, FilmSums};
+use crate::markov::FamilyReport;
+use crate::scene::{Scene, SceneResult};
+use crate::transport::deposits::PixelSums;
+use crate::transport::footprint::automatic_radii;
+use crate::transport::gather::{Particles, Target};
+use crate::transport::pairs::Pairs;
+use crate::transport::photon::PerFamily;
+use crate::transport::photon_map::PhotonMap;
+use crate::transport::receivers::Receivers;
+use crate::transport::store::{Storage, StoredPhotons};
+use crate::transport::view::{self, ViewPaths};
+use std::cell::Cell;
+use std::time::Instant;
+
+/// A render between two passes. `R` is what becomes of the ray paths of one jitter.
+pub struct Run<'a, R> {
+    scene: &'a dyn Scene,
+    parameters: &'a Parameters,
+    start: Instant,
+    jitter_every: u32,
+    prepare: fn(ViewPaths) -> R,
+    /// Passes done, and those of them that shot at the present receivers.
+    passes: u32,
+    passes_of_jitter: u32,
+    initial_radii: Radii,
+    radii: RadiusSequence,
+    receivers: R,
+    sums: PixelSums,
+    film: FilmSums,
+    counters: Counters,
+    seconds: PhaseSeconds,
+    shooting: PerFamily<FamilyReport>,
+}
+
+/// What one pass works with.
+pub struct Pass<'a, R> {
+    pub scene: &'a dyn Scene,
+    pub parameters: &'a Parameters,
+    pub receivers: &'a R,
+    pub radii: Radii,
+    pub number: u64,
+    /// Of wall time spent on building trees over photons.
+    tree_seconds: Cell<f64>,
+}
+
+impl<R: AsRef<ViewPaths>> Pass<'_, R> {
+    pub fn pairs(&self) -> Pairs<'_> {
+        Pairs {
+            paths: self.receivers.as_ref(),
+            media: &self.scene.description().media,
+            radii: self.radii,
+            limits: self.parameters.limits,
+        }
+    }
+
+    /// Shoots the pass's photons and keeps them.
+    pub fn store(&self, particles: Particles) -> SceneResult<(StoredPhotons, Counters)> {
+        let Parameters { limits, seed, photons, .. } = *self.parameters;
+        Storage { scene: self.scene, particles, limits, seed }.shoot(self.number, photons)
+    }
+
+    /// Builds the structures over stored photons, on the clock of trees.
+    pub fn build_map(&self, stored: StoredPhotons) -> PhotonMap {
+        let clock = Instant::now();
+        let map = PhotonMap::build(stored);
+        self.tree_seconds.set(self.tree_seconds.get() + clock.elapsed().as_secs_f64());
+        map
+    }
+}
+
+impl Pass<'_, Receivers> {
+    /// What photons are shot at.
+    pub fn target(&self, particles: Particles) -> Target<'_> {
+        Target {
+            scene: self.scene,
+            receivers: self.receivers,
+            particles,
+            radii: self.radii,
+            limits: self.parameters.limits,
+        }
+    }
+}
+
+impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
+    /// Traces the first ray paths and chooses radii. View rays are jittered every `jitter_every` passes.
+    pub fn new(
+        scene: &'a dyn Scene,
+        parameters: &'a Parameters,
+        kernels: KernelDimensions,
+        jitter_every: u32,
+        prepare: fn(ViewPaths) -> R,
+    ) -> Result<Self, RenderError> {
+        let start = Instant::now();
+        let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
+        let receivers = trace(scene, parameters, 0, prepare, &mut counters, &mut seconds)?;
+        let initial_radii = first_radii(scene, parameters, receivers.as_ref())?;
+        let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
+        Ok(Run {
+            scene,
+            parameters,
+            start,
+            jitter_every,
+            prepare,
+            passes: 0,
+            passes_of_jitter: 0,
+            initial_radii,
+            radii: RadiusSequence::new(initial_radii, alpha, schedule, kernels),
+            sums: PixelSums::new(receivers.as_ref().film.len()),
+            receivers,
+            film: FilmSums::new(scene.description()),
+            counters,
+            seconds,
+            shooting: PerFamily::default(),
+        })
+    }
+
+    /// Tells the observer how far the render is; false where it has ended.
+    pub fn goes_on(&self, observer: &mut dyn Observer) -> bool {
+        let stopped = observer.progress(&self.progress()).is_break();
+        !stopped && self.passes < self.parameters.passes && !(self.passes > 0 && self.timed_out())
+    }
+
+    /// Traces new ray paths if the present ones have had their passes; says whether it did.
+    // [Collin 2013 Algorithm 1, lines 2 to 5]
+    pub fn jitter_when_due(&mut self) -> Result<bool, RenderError> {
+        if self.passes_of_jitter < self.jitter_every {
+            return Ok(false);
+        }
+        self.end_jitter()?;
+        let jitter = u64::from(self.passes / self.jitter_every);
+        let (counters, seconds) = (&mut self.counters, &mut self.seconds);
+        self.receivers =
+            trace(self.scene, self.parameters, jitter, self.prepare, counters, seconds)?;
+        Ok(true)
+    }
+
+    /// Runs one pass; the radii shrink after it.
+    // [Collin 2013 Algorithm 1, lines 6 to 9 and 12]
+    pub fn pass(
+        &mut self,
+        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<(), RenderError> {
+        let clock = Instant::now();
+        let pass = Pass {
+            scene: self.scene,
+            parameters: self.parameters,
+            receivers: &self.receivers,
+            radii: self.radii.current(),
+            number: u64::from(self.passes),
+            tree_seconds: Cell::new(0.0),
+        };
+        let counters = body(&pass, &mut self.sums)?;
+        let tree_seconds = pass.tree_seconds.get();
+        self.seconds.trees += tree_seconds;
+        self.seconds.photons += clock.elapsed().as_secs_f64() - tree_seconds;
+        self.counters.add(&counters);
+        self.radii.advance();
+        self.passes += 1;
+        self.passes_of_jitter += 1;
+        Ok(())
+    }
+
+    /// Takes over what the shooter reports, for progress and statistics.
+    pub fn report_shooting(&mut self, report: PerFamily<FamilyReport>) {
+        self.shooting = report;
+    }
+
+    /// The picture of all passes.
+    pub fn finish(mut self) -> Result<Outcome, RenderError> {
+        self.end_jitter()?;
+        let mut warnings = self.scene.description().warnings.clone();
+        warnings.extend(self.counters.warnings());
+        let stats = Stats {
+            parameters: self.parameters.clone(),
+            passes: self.passes,
+            seconds: self.start.elapsed().as_secs_f64(),
+            phase_seconds: self.seconds,
+            initial_radii: self.initial_radii,
+            final_radii: self.radii.current(),
+            counters: self.counters,
+            shooting: self.shooting,
+            warnings,
+        };
+        Ok(Outcome { film: self.film, stats })
+    }
+
+    // [Collin 2013 Algorithm 1, lines 10 and 11]: the running mean over passes, by weights on the film.
+    fn end_jitter(&mut self) -> Result<(), RenderError> {
+        let clock = Instant::now();
+        let passes = std::mem::take(&mut self.passes_of_jitter);
+        if passes > 0 {
+            add_jitter(self.scene, self.receivers.as_ref(), &self.sums, passes, &mut self.film)?;
+            self.sums.clear();
+        }
+        self.seconds.film += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn timed_out(&self) -> bool {
+        self.parameters.timeout.is_some_and(|limit| self.start.elapsed() >= limit)
+    }
+
+    fn progress(&self) -> Progress {
+        Progress {
+            passes_done: self.passes,
+            passes: self.parameters.passes,
+            walks: self.counters.walks,
+            radii: self.radii.current(),
+            seconds: self.start.elapsed().as_secs_f64(),
+            shooting: self.shooting,
+        }
+    }
+}
+
+/// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
+fn trace<R: AsRef<ViewPaths>>(
+    scene: &dyn Scene,
+    parameters: &Parameters,
+    jitter: u64,
+    prepare: fn(ViewPaths) -> R,
+    counters: &mut Counters,
+    seconds: &mut PhaseSeconds,
+) -> Result<R, RenderError> {
+    let clock = Instant::now();
+    let paths = view::trace(scene, parameters.limits, parameters.seed, jitter)?;
+    counters.view_rays += paths.film.len() as u64;
+    counters.view_beams += paths.beams.len() as u64;
+    counters.visible_points += paths.points.len() as u64;
+    counters.dropped_view_rays += paths.dropped;
+    seconds.view += clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let receivers = prepare(paths);
+    seconds.trees += clock.elapsed().as_secs_f64();
+    Ok(receivers)
+}
+
+/// Radii as given, or from the pixel footprint where they are 0.
+fn first_radii(
+    scene: &dyn Scene,
+    parameters: &Parameters,
+    paths: &ViewPaths,
+) -> Result<Radii, RenderError> {
+    let automatic = automatic_radii(scene, paths)?;
+    let choose = |given: f32, automatic: f32| if given > 0.0 { given } else { automatic };
+    Ok(Radii {
+        surface: choose(parameters.surface_radius, automatic.surface),
+        medium: choose(parameters.medium_radius, automatic.medium),
+    })
+}

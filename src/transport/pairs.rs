@@ -1,0 +1,178 @@
+//! What a photon adds to a receiver: the three kinds of pairs. Whoever finds a pair, a photon that asks
+//! a tree of receivers or a receiver that asks a map of photons, it is worth the same.
+
+use super::asked::{keep, Asked, MediumPair, Pending, SurfacePair};
+use super::counters::Counters;
+use super::deposits::Sink;
+use super::photon::{Family, MediumPhoton, SurfacePhoton};
+use super::photon_beam::PhotonBeam;
+use super::view::{BeamRecord, Lobe, PointRecord, ViewPaths};
+use crate::density::kernel;
+use crate::density::radius::Radii;
+use crate::math::{Approach, Rgb};
+use crate::medium::{phase, TransmittanceTables};
+use crate::scene::*;
+use glam::Vec3;
+
+/// Cosine between the geometric normals of photon and point above which they lie on one surface.
+const SAME_SURFACE: f32 = 0.5;
+/// Height of a photon over the point's plane, in radii, up to which they lie on one surface.
+const SAME_HEIGHT: f32 = 0.5;
+
+/// What pairs depend on besides photon and receiver.
+#[derive(Clone, Copy)]
+pub struct Pairs<'a> {
+    pub paths: &'a ViewPaths,
+    pub media: &'a [Medium],
+    pub radii: Radii,
+    pub limits: PathLimits,
+}
+
+/// Contributions of pairs: finished ones in `sink`, the others in `asked`.
+pub struct Gathered<S> {
+    pub sink: S,
+    pub asked: Asked,
+    pub counters: Counters,
+}
+
+impl<S: Sink> Gathered<S> {
+    pub fn new(sink: S) -> Self {
+        Gathered { sink, asked: Asked::default(), counters: Counters::default() }
+    }
+
+    pub fn append(&mut self, other: Self) {
+        self.sink.append(other.sink);
+        self.asked.append(other.asked);
+        self.counters.add(&other.counters);
+    }
+
+    /// Asks the scene what is still owed.
+    pub fn resolve(self, scene: &dyn Scene) -> SceneResult<(S, Counters)> {
+        let Gathered { mut sink, asked, mut counters } = self;
+        asked.resolve(scene, &mut sink, &mut counters)?;
+        Ok((sink, counters))
+    }
+
+    fn keep(&mut self, family: Family, pending: Pending) {
+        keep(&mut self.sink, &mut self.counters, family, pending);
+    }
+
+    fn keep_or_ask(&mut self, pair: MediumPair, pending: Pending) {
+        if pair.owes_phase || pair.owes_scattering {
+            self.asked.medium(pair, pending);
+        } else {
+            self.keep(Family::Medium, pending);
+        }
+    }
+}
+
+impl Pairs<'_> {
+    fn within_depth(&self, view: u32, photon: u32) -> bool {
+        // Scattering here counts once, and a path keeps fewer than `max_depth` scattering events.
+        view.saturating_add(photon).saturating_add(2) <= self.limits.max_depth
+    }
+
+    /// A photon within the radius of a view beam, at distance `t` along it.
+    // [Collin 2013 (4)], with the albedo in place of sigma_s: photons are stored per collision.
+    pub fn point_on_beam<S: Sink>(
+        &self,
+        photon: &MediumPhoton,
+        beam: &BeamRecord,
+        t: f32,
+        out: &mut Gathered<S>,
+    ) {
+        if beam.medium != photon.medium || !self.within_depth(beam.depth, photon.depth) {
+            return;
+        }
+        let tr = self.paths.beam_transmittance(beam, self.media, t);
+        let weighted = beam.throughput * tr * photon.flux * kernel::disk(self.radii.medium);
+        let pending = Pending { walk: photon.walk, pixel: beam.pixel, weighted };
+        self.scatter(photon.position, photon.direction, beam, None, pending, out);
+    }
+
+    /// A photon beam that comes within the radius of a view beam; `tables` are those of photon beams.
+    // [Beam pair]
+    pub fn beam_on_beam<S: Sink>(
+        &self,
+        photon: &PhotonBeam,
+        tables: &TransmittanceTables,
+        beam: &BeamRecord,
+        approach: &Approach,
+        out: &mut Gathered<S>,
+    ) {
+        if beam.medium != photon.medium || !self.within_depth(beam.depth, photon.depth) {
+            return;
+        }
+        let flux = photon.flux_at(approach.t_other, self.media, tables);
+        let tr = self.paths.beam_transmittance(beam, self.media, approach.t);
+        let weight = kernel::interval(self.radii.medium) / approach.sine;
+        let pending = Pending {
+            walk: photon.walk,
+            pixel: beam.pixel,
+            weighted: beam.throughput * tr * flux * weight,
+        };
+        let position = photon.segment.at(approach.t_other);
+        let scattering = Some(self.media[photon.medium as usize].scattering);
+        self.scatter(position, photon.segment.direction, beam, scattering, pending, out);
+    }
+
+    /// Applies phase function and, where the photon does not hold it, `sigma_s`; asks for what only the
+    /// scene knows.
+    fn scatter<S: Sink>(
+        &self,
+        position: Vec3,
+        photon: Vec3,
+        beam: &BeamRecord,
+        scattering: Option<Option<Rgb>>,
+        mut pending: Pending,
+        out: &mut Gathered<S>,
+    ) {
+        let view = beam.segment.direction;
+        let phase = self.phase(beam.medium, -photon.dot(view));
+        let owes_scattering = scattering == Some(None);
+        let sigma_s = scattering.flatten().unwrap_or(Rgb::ONE);
+        pending.weighted = pending.weighted * sigma_s * phase.unwrap_or(1.0);
+        let owes_phase = phase.is_none();
+        let medium = beam.medium;
+        let pair = MediumPair { medium, position, photon, view, owes_phase, owes_scattering };
+        out.keep_or_ask(pair, pending);
+    }
+
+    /// None where the scene has to be asked.
+    fn phase(&self, medium: u32, cosine: f32) -> Option<f32> {
+        match self.media[medium as usize].phase {
+            Phase::Isotropic => Some(phase::ISOTROPIC),
+            Phase::HenyeyGreenstein { g } => Some(phase::henyey_greenstein(g, cosine)),
+            Phase::Opaque => None,
+        }
+    }
+
+    /// A photon within the radius of a visible point.
+    // [Collin 2013 (5)], without the cosine: the density of photons on a surface holds it.
+    pub fn photon_on_point<S: Sink>(
+        &self,
+        photon: &SurfacePhoton,
+        point: &PointRecord,
+        out: &mut Gathered<S>,
+    ) {
+        let height = (photon.position - point.position).dot(point.geometric_normal).abs();
+        if photon.geometric_normal.dot(point.geometric_normal) < SAME_SURFACE
+            || height > SAME_HEIGHT * self.radii.surface
+            || !self.within_depth(point.depth, photon.depth)
+        {
+            return;
+        }
+        let weighted = point.throughput * photon.flux * kernel::disk(self.radii.surface);
+        let mut pending = Pending { walk: photon.walk, pixel: point.pixel, weighted };
+        match point.lobe {
+            Lobe::Lambertian(_) if photon.direction.dot(point.normal) >= 0.0 => {}
+            Lobe::Lambertian(reflectance) => {
+                pending.weighted = weighted * reflectance * std::f32::consts::FRAC_1_PI;
+                out.keep(Family::Surface, pending);
+            }
+            Lobe::Stored(stored) => {
+                out.asked.surface(SurfacePair { point: stored, photon: photon.direction }, pending);
+            }
+        }
+    }
+}

@@ -124,7 +124,7 @@ impl Asked {
 
 fn weigh<'a>(pending: impl Iterator<Item = &'a mut Pending>, values: &Planes) {
     for (lane, pending) in pending.enumerate() {
-        pending.weighted = pending.weighted * values.rgb(lane);
+        pending.weighted *= values.rgb(lane);
     }
 }
 

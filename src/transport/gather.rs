@@ -48,9 +48,9 @@ impl Target<'_> {
         let mut total = sink();
         let mut counters = Counters { walks: walks as u64, ..Counters::default() };
         let (mut planes, mut alive) = (Vec::new(), Vec::new());
-        let mut vertices = PhotonVertices::default();
         let beams = matches!(self.particles, Particles::Beams(_)) && wanted.medium;
-        vertices.segments = beams.then(PhotonSegments::default);
+        let segments = beams.then(PhotonSegments::default);
+        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
         numbers.emission(walks, &mut planes);
         let mut photons = self.scene.emit(walks, &planes, self.limits)?;
         for step in 0.. {

@@ -61,8 +61,8 @@ impl Storage<'_> {
         let (mut stored, mut planes) = (StoredPhotons::default(), Vec::new());
         let mut counters =
             Counters { walks: walks as u64, uniform_walks: walks as u64, ..Counters::default() };
-        let mut vertices = PhotonVertices::default();
-        vertices.segments = matches!(self.particles, Particles::Beams(_)).then(Default::default);
+        let segments = matches!(self.particles, Particles::Beams(_)).then(Default::default);
+        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
         numbers.emission(walks, &mut planes);
         let mut photons = self.scene.emit(walks, &planes, self.limits)?;
         for step in 0.. {

@@ -2,6 +2,7 @@
 
 use super::mutation::MutationSize;
 use super::recorded::{Mutated, PrimarySample, Recorded, Replayed};
+use super::shooter::batching;
 use super::trails::Trails;
 use crate::math::uniform::{self, Purpose};
 use crate::scene::SceneResult;
@@ -13,6 +14,9 @@ use crate::transport::photon::{Family, PerFamily};
 use rand::Rng;
 use rayon::prelude::*;
 use std::sync::Arc;
+
+/// Share of the states that may be lost at new receivers before chains start anew.
+const LOST_SHARE: f64 = 0.05;
 
 /// A visible walk and what it adds to the picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +60,8 @@ pub struct ChainCounts {
     /// States that were walked again under a smaller radius, and those that were no longer visible.
     pub renewed_walks: u64,
     pub lost_states: u64,
+    /// Times that all chains started anew, because too many states were lost at once.
+    pub restarts: u64,
 }
 
 impl ChainCounts {
@@ -65,6 +71,7 @@ impl ChainCounts {
         self.exchanges += o.exchanges;
         self.renewed_walks += o.renewed_walks;
         self.lost_states += o.lost_states;
+        self.restarts += o.restarts;
     }
 }
 
@@ -143,17 +150,27 @@ impl Population {
         self.chains.iter().filter_map(|chain| chain.state.as_deref())
     }
 
-    /// Forgets all states: another part of primary sample space is visible now.
-    pub fn restart(&mut self, chains: usize) {
-        self.chains.clear();
-        self.chains.resize(chains, Chain::default());
-        self.offers = 0;
-    }
-
-    /// Walks all states again, now that the radii have shrunk, and drops those that are not seen any more.
-    pub fn renew(&mut self, target: &Target, clock: &mut Clock) -> SceneResult<Counters> {
-        let family = self.family;
-        self.each_group(target, clock, |group, clock| renew_group(family, group, target, clock))
+    /// Walks all states again, now that radii or receivers are others, and drops those that are not seen
+    /// any more. Under a smaller radius the rest is uniform on what is visible now. Under other receivers
+    /// it is not where a part of that was invisible before. As large as that part is, so large, roughly, is
+    /// the part that was lost: where more than [`LOST_SHARE`] was, all chains start anew.
+    pub fn renew(
+        &mut self,
+        target: &Target,
+        clock: &mut Clock,
+        has_new_receivers: bool,
+    ) -> SceneResult<Counters> {
+        let (family, before) = (self.family, self.counts);
+        let counters = self
+            .each_group(target, clock, |group, clock| renew_group(family, group, target, clock))?;
+        let lost = (self.counts.lost_states - before.lost_states) as f64;
+        let renewed = (self.counts.renewed_walks - before.renewed_walks) as f64;
+        if has_new_receivers && lost > LOST_SHARE * renewed {
+            self.chains.fill(Chain::default());
+            self.offers = 0;
+            self.counts.restarts += 1;
+        }
+        Ok(counters)
     }
 
     /// Replica exchange: offers the chains visible walks of the uniform stream.
@@ -215,7 +232,7 @@ impl Population {
         clock: &mut Clock,
         step: impl Fn(&mut [Chain], Clock) -> SceneResult<GroupResult> + Sync,
     ) -> SceneResult<Counters> {
-        let batching = target.scene.batching();
+        let batching = batching(target);
         let first = clock.take(self.chains.len().div_ceil(batching.lanes) as u64);
         let at = |index: usize| Clock { batch: first.batch + index as u64, ..first };
         let results: Vec<GroupResult> = if batching.concurrent {

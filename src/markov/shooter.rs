@@ -17,9 +17,15 @@ use serde::Serialize;
 /// Where the visible share is larger, `auto` shoots uniformly: a chain's states resemble one another, so
 /// that some twenty mutations are worth one independent walk.
 const UNIFORM_ABOVE: f64 = 0.05;
-/// Iterations per pass that the automatic number of chains leaves room for, and its bounds.
-const ITERATIONS_PER_PASS: u64 = 8;
+/// Effort of the uniform stream for one of the chains.
+const UNIFORM_EFFORT: f64 = 0.5;
+/// Iterations per pass that the automatic number of chains leaves room for. The fewer chains, the further
+/// each gets; but a renderer that computes a batch in one kernel wants it full.
+const ITERATIONS_ALONE: u64 = 256;
+const ITERATIONS_BY_KERNEL: u64 = 32;
 const CHAINS: std::ops::RangeInclusive<u64> = 64..=1 << 16;
+/// Lanes per batch where several threads work side by side: small, so that each gets some.
+const CONCURRENT_LANES: usize = 64;
 /// Deposits that the states of one family may hold: 256 MiB.
 const STORED_DEPOSITS: u64 = 1 << 24;
 
@@ -72,7 +78,16 @@ pub struct ChainShooter {
     /// Visible share of the last pass; none before the first.
     last_share: Option<PerFamily<f64>>,
     total: Counters,
+    /// Uniform walks for each mutated one.
+    balance: f64,
     has_new_receivers: bool,
+}
+
+/// What a pass has so far from its two streams; `splat` holds what families without chains add.
+struct Streams<'a> {
+    splat: &'a mut PixelSums,
+    uniform: &'a mut Counters,
+    mutated: &'a mut Counters,
 }
 
 /// A batch of the uniform stream.
@@ -94,6 +109,7 @@ impl ChainShooter {
             modes: PerFamily::default(),
             last_share: None,
             total: Counters::default(),
+            balance: 1.0,
             has_new_receivers: true,
         }
     }
@@ -176,16 +192,22 @@ impl ChainShooter {
         let mut clock = Clock { seed: self.seed, pass, batch: 0 };
         let mut splat = PixelSums::new(target.receivers.pixels());
         self.prepare(target, walks, &mut clock, &mut counters)?;
-        let uniform_walks = self.iteration_walks(walks);
+        let uniform_walks = self.uniform_walks_per_iteration().min(walks);
+        let (mut uniform, mut mutated) = (Counters::default(), Counters::default());
         loop {
-            let before = counters.walks;
-            self.iterate(target, uniform_walks, &mut clock, &mut splat, &mut counters)?;
+            let before = uniform.walks + mutated.walks;
+            let mut sums =
+                Streams { splat: &mut splat, uniform: &mut uniform, mutated: &mut mutated };
+            self.iterate(target, uniform_walks, &mut clock, &mut sums)?;
+            let done = uniform.walks + mutated.walks;
             // The pass ends where another iteration like this one would overshoot by more than it adds.
-            let iteration = counters.walks - before;
-            if counters.walks + iteration / 2 >= walks {
+            if done + (done - before) / 2 >= walks {
                 break;
             }
         }
+        self.balance = balance(&uniform, &mutated);
+        counters.add(&uniform);
+        counters.add(&mutated);
         sums.drain(&mut splat, 1.0 / counters.uniform_walks as f64);
         for family in Family::ALL {
             if let (Mode::Metropolis, Some(population)) =
@@ -198,7 +220,7 @@ impl ChainShooter {
         Ok(counters)
     }
 
-    /// Makes populations, starts them anew at new receivers and renews them under new radii.
+    /// Makes populations, or renews their states under new radii and at new receivers.
     fn prepare(
         &mut self,
         target: &Target,
@@ -208,26 +230,23 @@ impl ChainShooter {
     ) -> SceneResult<()> {
         let pixels = target.receivers.pixels();
         for family in Family::ALL {
-            let chains = self.chain_count(family, walks);
+            let chains = self.chain_count(family, walks, target.scene.batching().concurrent);
             if self.modes[family] != Mode::Metropolis {
                 continue;
             }
             let population = self.populations[family]
                 .get_or_insert_with(|| Population::new(family, chains as usize, pixels));
-            if self.has_new_receivers {
-                population.restart(chains as usize);
-            } else {
-                counters.add(&population.renew(target, clock)?);
-            }
+            counters.add(&population.renew(target, clock, self.has_new_receivers)?);
         }
         Ok(())
     }
 
     /// As many chains as leave room for several iterations of uniform walks and of both families'
     /// mutations, unless the number is given.
-    fn chain_count(&self, family: Family, walks: u64) -> u64 {
+    fn chain_count(&self, family: Family, walks: u64, concurrent: bool) -> u64 {
+        let iterations = if concurrent { ITERATIONS_ALONE } else { ITERATIONS_BY_KERNEL };
         let wanted = match self.chains {
-            0 => (walks / (3 * ITERATIONS_PER_PASS)).clamp(*CHAINS.start(), *CHAINS.end()),
+            0 => (walks / (3 * iterations)).clamp(*CHAINS.start(), *CHAINS.end()),
             given => given,
         };
         let deposits = match family {
@@ -238,12 +257,13 @@ impl ChainShooter {
         wanted.min((STORED_DEPOSITS / per_walk.max(1)).max(1))
     }
 
-    /// Walks of the uniform stream per iteration: one per chain.
-    fn iteration_walks(&self, walks: u64) -> u64 {
-        let chains = Family::ALL.iter().filter(|&&f| self.modes[f] == Mode::Metropolis).filter_map(
-            |&family| self.populations[family].as_ref().map(|p| p.chain_count() as u64),
-        );
-        chains.max().unwrap_or(1).min(walks)
+    /// Fixed for the whole pass by what was before it, so that the visible share stays unbiased.
+    fn uniform_walks_per_iteration(&self) -> u64 {
+        let with_chains = Family::ALL.iter().filter(|&&f| self.modes[f] == Mode::Metropolis);
+        let chains =
+            |&family: &Family| self.populations[family].as_ref().map(Population::chain_count);
+        let chains: usize = with_chains.filter_map(chains).sum();
+        ((chains as f64 * self.balance) as u64).max(1)
     }
 
     // [Hachisuka 2011 Algorithm 1], all chains at once
@@ -252,13 +272,12 @@ impl ChainShooter {
         target: &Target,
         walks: u64,
         clock: &mut Clock,
-        splat: &mut PixelSums,
-        counters: &mut Counters,
+        sums: &mut Streams,
     ) -> SceneResult<()> {
         let mut offers = self.shoot_uniform(target, walks, clock)?;
         for offer in &offers {
-            counters.add(&offer.counters);
-            counters.add_visible(offer.visible);
+            sums.uniform.add(&offer.counters);
+            sums.uniform.add_visible(offer.visible);
         }
         for family in Family::ALL {
             let (Mode::Metropolis, Some(population)) =
@@ -273,10 +292,10 @@ impl ChainShooter {
             let mut dice = uniform::stream(clock.seed, purpose, clock.pass, clock.batch);
             let states = offers.iter_mut().flat_map(|offer| offer.states[family].drain(..));
             population.exchange(states.collect(), &mut dice);
-            counters.add(&population.mutate(target, clock)?);
+            sums.mutated.add(&population.mutate(target, clock)?);
         }
         let deposits: Vec<Deposits> = offers.into_iter().map(|offer| offer.splat).collect();
-        splat.add(&deposits, 1.0);
+        sums.splat.add(&deposits, 1.0);
         Ok(())
     }
 
@@ -287,7 +306,7 @@ impl ChainShooter {
         walks: u64,
         clock: &mut Clock,
     ) -> SceneResult<Vec<Offer>> {
-        let Batching { lanes, concurrent } = target.scene.batching();
+        let Batching { lanes, concurrent } = batching(target);
         let lanes = (lanes as u64).min(walks);
         let batches = walks.div_ceil(lanes);
         let first = clock.take(batches);
@@ -321,6 +340,24 @@ impl ChainShooter {
         let visible = PerFamily::from_fn(|family| splatted[family] + states[family].len() as u64);
         Ok(Offer { states, splat, visible, counters })
     }
+}
+
+/// Uniform walks for each mutated one, such that the uniform stream takes [`UNIFORM_EFFORT`] of what the
+/// chains take. Where little is visible, uniform walks often end at once and mutated ones do not; one for
+/// one, the stream that finds new places and measures the visible share would starve.
+fn balance(uniform: &Counters, mutated: &Counters) -> f64 {
+    let cost = |of: &Counters| of.tracing_cost() as f64 / of.walks.max(1) as f64;
+    if mutated.walks == 0 {
+        return 1.0;
+    }
+    (UNIFORM_EFFORT * cost(mutated) / cost(uniform).max(1.0)).max(UNIFORM_EFFORT)
+}
+
+/// How chains like their batches.
+pub(super) fn batching(target: &Target) -> Batching {
+    let Batching { lanes, concurrent } = target.scene.batching();
+    let lanes = if concurrent { lanes.min(CONCURRENT_LANES) } else { lanes };
+    Batching { lanes, concurrent }
 }
 
 fn share(part: u64, whole: u64) -> f64 {

@@ -9,6 +9,8 @@ pub struct Counters {
     pub visible_points: u64,
     /// Walks emitted.
     pub walks: u64,
+    /// Segments of all walks.
+    pub segments: u64,
     /// Walks of the uniform stream, and those of them that added something to a pixel, by family. The
     /// ratio is the visible share.
     pub uniform_walks: u64,
@@ -31,6 +33,7 @@ impl Counters {
         self.view_beams += o.view_beams;
         self.visible_points += o.visible_points;
         self.walks += o.walks;
+        self.segments += o.segments;
         self.uniform_walks += o.uniform_walks;
         self.add_visible(o.visible_walks);
         self.medium_photons += o.medium_photons;
@@ -40,6 +43,11 @@ impl Counters {
         self.dropped_photons += o.dropped_photons;
         self.dropped_deposits += o.dropped_deposits;
         self.dropped_view_rays += o.dropped_view_rays;
+    }
+
+    /// What tracing took, in units of a segment: an emission costs about as much as one.
+    pub fn tracing_cost(&self) -> u64 {
+        self.walks + self.segments
     }
 
     pub fn add_visible(&mut self, walks: PerFamily<u64>) {

@@ -63,6 +63,7 @@ impl Target<'_> {
             }
             numbers.step(step, &alive, lanes, &mut planes);
             photons.step(&planes, &mut vertices)?;
+            counters.segments += lanes as u64;
             let (part, counts) = self.gather(&vertices, tables, wanted, &sink)?;
             total.append(part);
             counters.add(&counts);

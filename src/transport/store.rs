@@ -72,6 +72,7 @@ impl Storage<'_> {
             }
             numbers.step(step, &[], lanes, &mut planes);
             photons.step(&planes, &mut vertices)?;
+            counters.segments += lanes as u64;
             if let Particles::Beams(kind) = self.particles {
                 let beams = PhotonBeams::of_vertices(kind, self.scene, &vertices, &mut tables)?;
                 stored.beams.append(beams);

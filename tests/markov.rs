@@ -183,22 +183,22 @@ fn assert_normalised(share: f64, photons: u64, seeds: u64, notices: f64) {
 
 #[test]
 fn normalised_where_a_tenth_is_visible() {
-    assert_normalised(1e-1, 6_000, 32, 0.03);
+    assert_normalised(1e-1, 8_000, 32, 0.03);
 }
 
 #[test]
 fn normalised_where_a_hundredth_is_visible() {
-    assert_normalised(1e-2, 20_000, 32, 0.06);
+    assert_normalised(1e-2, 28_000, 32, 0.06);
 }
 
 #[test]
 fn normalised_where_a_thousandth_is_visible() {
-    assert_normalised(1e-3, 100_000, 32, 0.1);
+    assert_normalised(1e-3, 150_000, 32, 0.1);
 }
 
 #[test]
 fn normalised_where_a_ten_thousandth_is_visible() {
-    assert_normalised(1e-4, 500_000, 16, 0.25);
+    assert_normalised(1e-4, 700_000, 16, 0.25);
 }
 
 #[test]

@@ -51,11 +51,13 @@ const fn open(scene: &'static str, photons: u32, surface_radius: f32, medium_rad
     Case { extrapolated: false, ..case(scene, photons, surface_radius, medium_radius) }
 }
 
-/// Photons by measurement: 1.35 times what the limits of `judge.rs` take. A wide radius lowers the
-/// noise of blocks, and near an eye in fog that of the image; it ends where the second order of the
-/// kernel's bias, which the extrapolation leaves, comes near the bounds.
+/// Photons by measurement: some 1.35 times what the limits of `judge.rs` take, so that a run of six
+/// methods, whose levels are lower, keeps them too. A wide radius lowers the noise of blocks, and
+/// near an eye in fog that of the image; it ends where the bias that the extrapolation leaves comes
+/// near the bounds. It comes nearest in dense fibres under a directional lamp: -1.1, -0.6, -0.4 and
+/// -0.25 % (errors 0.08) of the image at medium radii 0.072, 0.036, 0.018 and 0.009.
 pub const TABLE: [Case; 27] = [
-    case("albedo_grid", 62_000, 0.04, 0.04),
+    case("albedo_grid", 78_000, 0.03, 0.03),
     case("ball_rayleigh", 4_000, 0.024, 0.03),
     case("beam", 6_000, 0.024, 0.03),
     case("blend_point", 115_000, 0.036, 0.045),
@@ -64,15 +66,15 @@ pub const TABLE: [Case; 27] = [
     room("cloud_in_fog", 24_000, 0.04, 0.05),
     case("extinction_box", 32_000, 0.036, 0.036),
     room("extinction_room", 12_000, 0.036, 0.045),
-    case("fibres_sggx", 46_000, 0.036, 0.036),
-    room("fog_room", 19_000, 0.036, 0.05),
+    case("fibres_sggx", 90_000, 0.03, 0.018),
+    room("fog_room", 21_000, 0.036, 0.05),
     case("fog_sunsky", 42_000, 0.036, 0.045),
     open("fog_unbounded", 50_000, 0.036, 0.1),
     case("glass_ball", 120_000, 0.045, 0.045),
-    room("glass_in_fog", 24_000, 0.04, 0.05),
+    room("glass_in_fog", 27_000, 0.04, 0.05),
     case("glossy_constant", 145_000, 0.045, 0.045),
     room("hidden_lamp", 11_000, 0.036, 0.036),
-    case("instances_sunsky", 107_000, 0.036, 0.036),
+    case("instances_sunsky", 155_000, 0.028, 0.028),
     case("lamp_in_ball", 10_500, 0.036, 0.036),
     case("layers_envmap", 95_000, 0.045, 0.045),
     case("projector_crop", 72_000, 0.045, 0.06),

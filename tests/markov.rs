@@ -8,8 +8,8 @@
 //! proportion to the share of its disk that lies on paper.
 
 use glam::DVec3;
-use judge::quadrature::integrate;
-use judge::t_test::Estimate;
+use statistics::quadrature::integrate;
+use statistics::t_test::Estimate;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 use vpt::analytic::{

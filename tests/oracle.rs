@@ -14,8 +14,9 @@ use vpt::analytic::{
 };
 use vpt::density::radius::Schedule;
 use vpt::math::{Aabb, Rgb};
-use vpt::method::{self, Parameters, Silent};
+use vpt::method::{self, Method, Parameters, Silent};
 use vpt::scene::{PathLimits, Phase, VACUUM};
+use vpt::transport::photon_beam::BeamKind;
 
 /// Share of the light by which the pictures may differ: some ten photons on the edge of a kernel.
 const EDGES: f64 = 2e-4;
@@ -111,6 +112,39 @@ fn with_a_varying_medium() {
     let mut scene = everything(Material::Null);
     scene.fogs[FOG as usize].profile = Profile::Exponential { scale_height: 1.0 };
     assert_same_picture(scene, &parameters(), TABLES);
+}
+
+/// The picture of a method that keeps its photons is that of the one that does not, if both have new view
+/// rays in every pass: the same photons meet the same receivers.
+#[track_caller]
+fn assert_same_as_stored(contents: Contents, shot: Parameters, stored: Method) {
+    let world = World::new(contents);
+    let picture = |parameters: &Parameters| -> Vec<f64> {
+        method::render(&world, parameters, &mut Silent).expect("it renders").film.values
+    };
+    let shot = Parameters { jitter_every: 1, ..shot };
+    let (ours, baseline) = (picture(&shot), picture(&Parameters { method: stored, ..shot }));
+    let difference: f64 = ours.iter().zip(&baseline).map(|(a, b)| (a - b).abs()).sum();
+    let sum: f64 = ours.iter().sum();
+    println!("{} and {}: {difference:.2e} of {sum:.2e}", shot.method.name(), stored.name());
+    // The order of additions, in double precision over single-precision terms.
+    assert!(difference <= 1e-9 * sum, "{difference} of {sum}");
+}
+
+#[test]
+fn photon_maps_see_what_the_trees_of_the_view_see() {
+    for disclosure in [Disclosure::Full, Disclosure::OnRequest] {
+        let scene = |material| Contents { disclosure, ..everything(material) };
+        assert_same_as_stored(scene(GLASS), parameters(), Method::Apa);
+        for photon_beams in [BeamKind::Short, BeamKind::Long] {
+            let method = Method::Ppbt;
+            let beams = Parameters { method, photon_beams, photons: 1000, ..parameters() };
+            assert_same_as_stored(scene(GLASS), beams.clone(), Method::Ppb);
+            let mut varying = scene(Material::Null);
+            varying.fogs[FOG as usize].profile = Profile::Exponential { scale_height: 1.0 };
+            assert_same_as_stored(varying, beams, Method::Ppb);
+        }
+    }
 }
 
 #[test]

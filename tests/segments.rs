@@ -7,7 +7,7 @@
 mod llvm;
 
 use glam::{DVec3, Vec3};
-use judge::t_test::{effort, Estimate};
+use statistics::t_test::{effort, Estimate};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{LazyLock, Mutex, PoisonError};

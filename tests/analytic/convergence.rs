@@ -12,7 +12,7 @@ use crate::furnace::{fog_furnace, seen_on_a_sphere};
 use crate::room::room;
 use crate::scenes::*;
 use crate::surface::{blurred_irradiance, lamp_at, lamps_over_floor};
-use judge::t_test::{assert_variance, effort, slope, variance, Estimate};
+use statistics::t_test::{assert_variance, effort, slope, variance, Estimate};
 use statrs::function::gamma::ln_gamma;
 use std::f64::consts::PI;
 use vpt::analytic::{Contents, World};

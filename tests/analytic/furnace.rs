@@ -10,7 +10,7 @@
 
 use crate::scenes::*;
 use glam::DVec3;
-use judge::quadrature::{disk_mean, square_mean};
+use statistics::quadrature::{disk_mean, square_mean};
 use vpt::analytic::{Camera, Contents, Material, Profile, Surface};
 use vpt::math::Rgb;
 use vpt::method::Parameters;

@@ -1,7 +1,7 @@
 //! Building blocks of the scenes, and the comparison of their renders.
 
 use glam::DVec3;
-use judge::t_test::{effort, Estimate};
+use statistics::t_test::{effort, Estimate};
 use vpt::analytic::{
     Camera, Contents, Disclosure, Fog, Lamp, Material, Projection, Shape, World, FILM_CHANNELS,
 };

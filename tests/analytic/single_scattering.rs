@@ -12,8 +12,8 @@
 
 use crate::scenes::*;
 use glam::DVec3;
-use judge::quadrature::{disk_mean, integrate, square_mean};
-use judge::t_test::{effort, Estimate};
+use statistics::quadrature::{disk_mean, integrate, square_mean};
+use statistics::t_test::{effort, Estimate};
 use std::f64::consts::PI;
 use vpt::analytic::{Camera, Contents, Fog, Lamp, Material, Surface, World};
 use vpt::math::Rgb;

@@ -7,8 +7,8 @@
 
 use crate::scenes::*;
 use glam::DVec3;
-use judge::quadrature::{disk_mean, square_mean};
-use judge::t_test::{effort, Estimate};
+use statistics::quadrature::{disk_mean, square_mean};
+use statistics::t_test::{effort, Estimate};
 use std::f64::consts::PI;
 use vpt::analytic::{Camera, Contents, Lamp, Shape, Surface, World};
 use vpt::math::Rgb;

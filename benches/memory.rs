@@ -1,28 +1,36 @@
-//! Peak memory of whole renders against photons per pass: photons are discarded as soon as they are
-//! splatted, so the column must be flat. Prints a table; measures nothing else.
+//! Peak memory of whole renders against photons per pass, for every method. Where photons are discarded as
+//! soon as they are splatted, the row must be flat; where they are kept in maps, it grows. Prints a table;
+//! measures nothing else.
 
 use std::path::Path;
 use std::process::Command;
+use vpt::method::Method;
 
 const PHOTONS: [u64; 4] = [10_000, 100_000, 1_000_000, 10_000_000];
+/// Photon beams per pass at most: each costs as much as many photons.
+const MOST_BEAMS: u64 = 1_000_000;
 
-fn peak_memory(photons: u64, folder: &Path) -> u64 {
+fn peak_memory(method: Method, photons: u64, folder: &Path) -> u64 {
     let stats = folder.join("stats.json");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/mitsuba_scenes/cornell_fog/scene.xml");
     let status = Command::new(env!("CARGO_BIN_EXE_vpt"))
-        .args(["render", scene, "-q", "--passes", "1"])
+        .args(["render", scene, "-q", "--passes", "1", "--method", method.name()])
         .args(["--set", &format!("photons={photons}")])
-        .args(["--set", "surface_radius=0.02", "--set", "medium_radius=0.02"])
+        .args(["--set", "surface_radius=0.01", "--set", "medium_radius=0.001"])
         .arg("-o")
         .arg(folder.join("picture.exr"))
         .arg("--stats")
         .arg(&stats)
         .status()
         .expect("run vpt");
-    assert!(status.success(), "vpt failed with {photons} photons");
+    assert!(status.success(), "vpt failed with {} and {photons} photons", method.name());
     let text = std::fs::read_to_string(stats).expect("read the statistics");
     let json: serde_json::Value = serde_json::from_str(&text).expect("parse the statistics");
     json["peak_memory_bytes"].as_u64().expect("peak memory is reported on Linux")
+}
+
+fn has_beams(method: Method) -> bool {
+    matches!(method, Method::Ppbt | Method::PpbtMetro | Method::Ppb)
 }
 
 fn main() {
@@ -31,14 +39,18 @@ fn main() {
         return;
     }
     let folder = tempfile::tempdir().expect("make a temporary folder");
-    println!("{:>12}  {:>14}  {:>8}", "photons", "peak MiB", "ratio");
-    let first = peak_memory(PHOTONS[0], folder.path());
-    for photons in PHOTONS {
-        let peak = peak_memory(photons, folder.path());
-        println!(
-            "{photons:>12}  {:>14.1}  {:>8.3}",
-            peak as f64 / f64::from(1 << 20),
-            peak as f64 / first as f64
-        );
+    print!("{:>12}", "MiB");
+    PHOTONS.iter().for_each(|photons| print!("  {photons:>10}"));
+    println!("  last / first");
+    for method in Method::ALL {
+        print!("{:>12}", method.name());
+        let affordable = PHOTONS.iter().filter(|&&n| !has_beams(method) || n <= MOST_BEAMS);
+        let peaks: Vec<f64> = affordable
+            .map(|&photons| peak_memory(method, photons, folder.path()) as f64)
+            .inspect(|peak| print!("  {:>10.1}", peak / f64::from(1 << 20)))
+            .collect();
+        let blank = "  ".len() + 10;
+        let missing = (PHOTONS.len() - peaks.len()) * blank;
+        println!("{:missing$}  {:>12.3}", "", peaks[peaks.len() - 1] / peaks[0]);
     }
 }

@@ -181,13 +181,20 @@ impl<'a> LoadedScene<'a> {
         })
     }
 
-    fn write_srgb(&self, path: &Path) -> HostResult<()> {
+    /// The picture last rendered: red, green, blue of each pixel, row by row, linear.
+    pub fn read_rgb(&self) -> HostResult<Vec<f32>> {
         let [width, height] = self.film_size(self.rendered as usize);
         let mut linear = vec![0.0f32; width as usize * height as usize * 3];
         // SAFETY: the film's bitmap has this size and three channels after conversion.
         call(|error, size| unsafe {
             vpt_scene_read_rgb(self.scene, self.rendered, linear.as_mut_ptr(), error, size)
         })?;
+        Ok(linear)
+    }
+
+    fn write_srgb(&self, path: &Path) -> HostResult<()> {
+        let [width, height] = self.film_size(self.rendered as usize);
+        let linear = self.read_rgb()?;
         let bytes = linear.iter().map(|&value| srgb_byte(value)).collect();
         let picture = image::RgbImage::from_raw(width, height, bytes)
             .ok_or_else(|| HostError("the picture has an impossible size".to_owned()))?;

@@ -17,6 +17,8 @@ use serde::Serialize;
 /// Where the visible share is larger, `auto` shoots uniformly: a chain's states resemble one another, so
 /// that some twenty mutations are worth one independent walk.
 const UNIFORM_ABOVE: f64 = 0.05;
+/// `auto` probes with the first pass's walks divided by this.
+const PROBE_SHARE: u64 = 10;
 /// Effort of the uniform stream for one of the chains.
 const UNIFORM_EFFORT: f64 = 0.5;
 /// Iterations per pass that the automatic number of chains leaves room for. The fewer chains, the further
@@ -34,7 +36,7 @@ const STORED_DEPOSITS: u64 = 1 << 24;
 pub enum Policy {
     /// Both.
     Metropolis,
-    /// Those of which little is visible, as the pass before has measured.
+    /// Those of which little is visible, as the pass before has measured, or a probe before the first.
     Auto,
 }
 
@@ -148,18 +150,34 @@ impl ChainShooter {
         walks: u64,
         sums: &mut PixelSums,
     ) -> SceneResult<Counters> {
+        let mut probe = Counters::default();
+        if self.policy == Policy::Auto && self.last_share.is_none() {
+            probe = self.probe(target, walks)?;
+            self.last_share = Some(visible_share(&probe));
+        }
         self.modes = self.choose_modes(target);
         let with_chains = Family::ALL.iter().any(|&f| self.modes[f] == Mode::Metropolis);
-        let counters = if with_chains {
+        let mut counters = if with_chains {
             self.shoot_with_chains(target, pass, walks, sums)?
         } else {
             self.uniform.shoot(target, pass, walks, sums)?
         };
         self.has_new_receivers = false;
-        self.last_share = Some(PerFamily::from_fn(|family| {
-            share(counters.visible_walks[family], counters.uniform_walks)
-        }));
+        self.last_share = Some(visible_share(&counters));
         self.total.add(&counters);
+        counters.add(&probe);
+        Ok(counters)
+    }
+
+    /// Measures the visible shares with a few uniform walks and discards what they add: kept, the picture of
+    /// a first pass without chains would be as noisy as all later ones are not.
+    fn probe(&self, target: &Target, walks: u64) -> SceneResult<Counters> {
+        let mut clock = Clock { seed: self.seed, pass: u64::MAX, batch: 0 };
+        let mut counters = Counters::default();
+        for offer in self.shoot_uniform(target, (walks / PROBE_SHARE).max(1), &mut clock)? {
+            counters.add(&offer.counters);
+            counters.add_visible(offer.visible);
+        }
         Ok(counters)
     }
 
@@ -326,7 +344,9 @@ impl ChainShooter {
         let mut numbers = Recorded::new(Uniform(stream(Purpose::Photons)));
         let mut tables = stream(Purpose::PhotonTables);
         let has_chains = PerFamily::from_fn(|family| self.modes[family] == Mode::Metropolis);
-        let wanted = PerFamily::from_fn(|family| self.modes[family] != Mode::Off);
+        let paths = &target.receivers.paths;
+        let wanted =
+            PerFamily { surface: !paths.points.is_empty(), medium: !paths.beams.is_empty() };
         let pixels = target.receivers.pixels();
         let sink = || Trails::new(has_chains, pixels);
         let (mut trails, mut counters) =
@@ -346,7 +366,7 @@ impl ChainShooter {
 /// chains take. Where little is visible, uniform walks often end at once and mutated ones do not; one for
 /// one, the stream that finds new places and measures the visible share would starve.
 fn balance(uniform: &Counters, mutated: &Counters) -> f64 {
-    let cost = |of: &Counters| of.tracing_cost() as f64 / of.walks.max(1) as f64;
+    let cost = |of: &Counters| of.effort() as f64 / of.walks.max(1) as f64;
     if mutated.walks == 0 {
         return 1.0;
     }
@@ -358,6 +378,10 @@ pub(super) fn batching(target: &Target) -> Batching {
     let Batching { lanes, concurrent } = target.scene.batching();
     let lanes = if concurrent { lanes.min(CONCURRENT_LANES) } else { lanes };
     Batching { lanes, concurrent }
+}
+
+fn visible_share(counters: &Counters) -> PerFamily<f64> {
+    PerFamily::from_fn(|family| share(counters.visible_walks[family], counters.uniform_walks))
 }
 
 fn share(part: u64, whole: u64) -> f64 {

@@ -45,9 +45,10 @@ impl Counters {
         self.dropped_view_rays += o.dropped_view_rays;
     }
 
-    /// What tracing took, in units of a segment: an emission costs about as much as one.
-    pub fn tracing_cost(&self) -> u64 {
-        self.walks + self.segments
+    /// What walks took, in units of a segment: an emission takes about as much, and so do some eight
+    /// deposits.
+    pub fn effort(&self) -> u64 {
+        self.walks + self.segments + (self.surface_deposits + self.medium_deposits) / 8
     }
 
     pub fn add_visible(&mut self, walks: PerFamily<u64>) {

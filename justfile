@@ -12,9 +12,13 @@ test:
 bless:
     VPT_BLESS=1 cargo test --release --test abi_header
 
-# Compare with Mitsuba's own integrators, at length
+# Compare all methods with Mitsuba's own integrators, at length
 agreement:
-    cargo test --release --test agreement -- --ignored
+    cargo test --release --test agreement -- --ignored --nocapture
+
+# Metropolis chains where one walk in 100,000 is seen
+markov:
+    cargo test --release --test markov -- --ignored --nocapture
 
 bench:
     cargo bench

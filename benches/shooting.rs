@@ -110,6 +110,6 @@ fn main() {
     println!("\na closed room, where almost every photon is seen");
     let mut contenders =
         [new(&fog, "ppt", "uniform", 50_000), new(&fog, "ppt_metro", "auto", 50_000)];
-    compete(&mut contenders, 16);
+    compete(&mut contenders, 4);
     println!("auto takes {:.3} of uniform's time", contenders[1].seconds / contenders[0].seconds);
 }

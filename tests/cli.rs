@@ -166,6 +166,17 @@ fn bad_input_is_refused_with_its_mend() {
         (&["--set", "alpha=1.5"], &["alpha is 1.5", "between 0 and 1"]),
         (&["--set", "photons=0"], &["photons", "at least 1"]),
         (&["--set", "photons=many"], &["photons", "many"]),
+        (&["--set", "shooting=chains"], &["unknown shooting \"chains\"", "metropolis"]),
+        (
+            &["--method", "apa", "--set", "shooting=auto"],
+            &["shooting is auto", "\"apa\"", "\"ppt_metro\""],
+        ),
+        (
+            &["--method", "ppt", "--set", "shooting=metropolis"],
+            &["shooting is metropolis", "\"ppt_metro\""],
+        ),
+        (&["--set", "chains=-1"], &["chains is -1", "at least 0"]),
+        (&["--set", "photon_beams=wide"], &["unknown photon_beams \"wide\"", "short"]),
         (&["--set", "surface_radios=1"], &["surface_radios", "surface_radius"]),
         (&["--passes", "0"], &["--passes", "0"]),
         (&["--passes", "-4"], &["--passes", "-4"]),

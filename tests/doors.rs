@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 use tempfile::TempDir;
+use vpt::method::Method;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const MITSUBA_DIR: &str = env!("VPT_MITSUBA_DIR");
@@ -82,11 +83,13 @@ fn vpt_renders(test: &str, variant: &str) {
         return;
     }
     let desk = Desk::new();
-    let mut vpt = program(env!("CARGO_BIN_EXE_vpt"));
-    vpt.args(["render", SCENE, "--variant", variant, "--passes", "2"]);
-    vpt.args(["--set", "photons=2000"]).args(size()).arg("-o").arg(desk.picture());
-    succeed(vpt);
-    assert!(mean_radiance(&desk.picture()) > 0.0, "the picture is black");
+    for method in Method::ALL.map(Method::name) {
+        let mut vpt = program(env!("CARGO_BIN_EXE_vpt"));
+        vpt.args(["render", SCENE, "--variant", variant, "--method", method, "--passes", "2"]);
+        vpt.args(["--set", "photons=2000"]).args(size()).arg("-o").arg(desk.picture());
+        succeed(vpt);
+        assert!(mean_radiance(&desk.picture()) > 0.0, "{method}: the picture is black");
+    }
 }
 
 fn stock_program_renders(test: &str, variant: &str) {

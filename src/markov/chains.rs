@@ -210,7 +210,7 @@ impl Population {
     }
 
     /// Ends a pass: adds the mean over all samples, times the visible share, to `sums`.
-    // [Hachisuka 2011 (7)]
+    // [Chain normalisation]
     pub fn end_pass(&mut self, visible_share: f64, sums: &mut PixelSums) {
         let mut deposits = Deposits::new(self.sums.len());
         for chain in &mut self.chains {

@@ -4,13 +4,13 @@ use rand::Rng;
 
 /// Size of the first mutations. [Collin 2013 §6.1]
 const INITIAL_SIZE: f64 = 0.1;
-/// Share of the mutations that ought to be accepted. [Hachisuka 2011 §4.2]
+/// Share of the mutations that ought to be accepted. [Hachisuka 2011]
 const TARGET_ACCEPTANCE: f64 = 0.234;
 /// Below, a step is less than single precision resolves; above, the torus has no longer one.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-3..=1.0;
 
 /// Moves a number in [0, 1) by `± xi^(1/size + 1)`, with `xi` uniform, and wraps it.
-// [Hachisuka 2011 (10)]
+// [Mutation]
 pub fn mutate(u: f32, size: f32, rng: &mut impl Rng) -> f32 {
     let both: f32 = 2.0 * rng.random::<f32>();
     let (sign, xi) = if both < 1.0 { (1.0, both) } else { (-1.0, both - 1.0) };
@@ -44,7 +44,7 @@ impl MutationSize {
     }
 
     /// Learns from one round of mutations of all chains; ever less, so that it settles.
-    // [Hachisuka 2011 (11)]
+    // [Mutation size]
     pub fn adapt(&mut self, accepted: u64, mutated: u64) {
         if mutated == 0 {
             return;

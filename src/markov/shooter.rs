@@ -284,7 +284,7 @@ impl ChainShooter {
         ((chains as f64 * self.balance) as u64).max(1)
     }
 
-    // [Hachisuka 2011 Algorithm 1], all chains at once
+    // [Hachisuka 2011], all chains at once
     fn iterate(
         &mut self,
         target: &Target,

@@ -17,11 +17,11 @@ pub struct Method {
 /// Beams bring many pairs each.
 pub const METHODS: [Method; 6] = [
     Method { name: "ppt", photons: 1.0 },
-    Method { name: "ppbt", photons: 0.5 },
-    Method { name: "ppt_metro", photons: 2.5 },
-    Method { name: "ppbt_metro", photons: 1.2 },
+    Method { name: "ppbt", photons: 0.7 },
+    Method { name: "ppt_metro", photons: 3.5 },
+    Method { name: "ppbt_metro", photons: 2.0 },
     Method { name: "apa", photons: 1.0 },
-    Method { name: "ppb", photons: 0.5 },
+    Method { name: "ppb", photons: 0.7 },
 ];
 
 /// How a scene is rendered: passes of `photons` emitted walks each, starting with these radii in

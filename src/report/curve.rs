@@ -81,7 +81,23 @@ impl Curve {
         let share = (time / t0).ln() / (t1 / t0).ln();
         Some(e0 * (e1 / e0).powf(share))
     }
+
+    /// As [`Curve::at`], and a little outside of the curve the error at its end.
+    fn at_or_near(&self, time: f64) -> Option<f64> {
+        let (&(first, early), &(last, late)) = (self.points.first()?, self.points.last()?);
+        if time < first {
+            return (time * SLACK >= first).then_some(early);
+        }
+        if time > last {
+            return (time <= last * SLACK).then_some(late);
+        }
+        self.at(time)
+    }
 }
+
+/// Runs of one method begin and end with whole steps, at slightly different times: up to this factor outside of its
+/// span a run counts with its first or last error.
+const SLACK: f64 = 1.5;
 
 /// What several runs of one method have in common, at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -97,7 +113,8 @@ pub struct BandPoint {
 pub fn band(runs: &[Curve]) -> Vec<BandPoint> {
     let Some(first) = runs.first() else { return Vec::new() };
     let point = |&(seconds, _): &(f64, f64)| {
-        let errors: Vec<f64> = runs.iter().map(|run| run.at(seconds)).collect::<Option<_>>()?;
+        let errors: Vec<f64> =
+            runs.iter().map(|run| run.at_or_near(seconds)).collect::<Option<_>>()?;
         let mean = (errors.iter().map(|e| e.ln()).sum::<f64>() / errors.len() as f64).exp();
         let low = errors.iter().copied().fold(f64::INFINITY, f64::min);
         let high = errors.iter().copied().fold(0.0, f64::max);
@@ -148,6 +165,13 @@ mod tests {
         assert_eq!(band.len(), 8);
         assert_eq!((band[0].low, band[0].high), (1.0, 4.0));
         assert!((band[0].mean - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn band_goes_on_to_the_end_of_runs_that_end_with_whole_steps() {
+        let ends_at = |end: f64| Curve::new([(1.0, 0.4), (end, 0.2)]);
+        assert_eq!(band(&[ends_at(2.1), ends_at(2.0)]).len(), 2);
+        assert_eq!(band(&[ends_at(9.0), ends_at(2.0)]).len(), 1);
     }
 
     #[test]

@@ -62,7 +62,10 @@ fn entry(name: &str, session: &Session, scene: &Parameters) -> Result<Entry> {
         if name == "vpt" || !session.knows_integrator(name) {
             return Err(CompareError::unknown_method(name).into());
         }
-        session.integrator(name, scene.limits)?;
+        let usable = session.integrator(name, scene.limits);
+        usable.with_context(|| {
+            format!("Mitsuba's integrator \"{name}\" cannot be compared; leave it out of --methods")
+        })?;
         return Ok(Entry::Own { name: name.to_owned(), limits: scene.limits });
     };
     // The scene may say how photons are shot for its own method; others shoot as their names have it.

@@ -24,7 +24,7 @@ const FEATURE_WIDTH: f64 = 0.082;
 const FEATURE_EXPONENT: f64 = 0.5;
 
 /// White point of D65.
-const WHITE: [f64; 3] = [0.950_428_545_377_181_8, 1.0, 1.088_900_370_798_127_9];
+const WHITE: [f64; 3] = [0.950_428_545_377_182, 1.0, 1.088_900_370_798_128];
 
 /// A reference that pictures are held against.
 pub struct Flip {

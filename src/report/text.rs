@@ -7,7 +7,7 @@ use super::summary::{Summary, TimeTo};
 /// Three digits.
 pub fn number(value: f64) -> String {
     match value.abs() {
-        v if v == 0.0 => "0".into(),
+        0.0 => "0".into(),
         v if (0.01..1000.0).contains(&v) => {
             let digits = (2 - v.log10().floor() as i32).max(0) as usize;
             format!("{value:.digits$}")

@@ -6,7 +6,7 @@ use super::own::{Mean, Stream};
 use crate::cli::interrupt::Interrupt;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Instant;
 use vpt::host::session::{LoadedScene, Session};
 use vpt::report::metrics::{rmse, Judge};
@@ -73,7 +73,7 @@ fn described(picture: Picture, kept: &Kept) -> (Picture, Reference) {
     (picture, reference)
 }
 
-fn read_kept(exr: &PathBuf, json: &PathBuf) -> Option<(Picture, Kept)> {
+fn read_kept(exr: &Path, json: &Path) -> Option<(Picture, Kept)> {
     let kept = serde_json::from_str(&std::fs::read_to_string(json).ok()?).ok()?;
     Some((Picture::read_exr(exr).ok()?, kept))
 }

@@ -79,9 +79,7 @@ public:
                            m_parameters.max_depth, m_parameters.photons);
     }
 
-    MI_DECLARE_CLASS(VptIntegrator)
-
-private:
+    // As the properties say; the names live as long as the integrator.
     VptParameters bound_parameters() const {
         VptParameters parameters = m_parameters;
         parameters.method = m_method.c_str();
@@ -91,6 +89,9 @@ private:
         return parameters;
     }
 
+    MI_DECLARE_CLASS(VptIntegrator)
+
+private:
     static void put(Film *film, const std::vector<double> &storage) {
         ref<ImageBlock> block = film->create_block();
         block->set_offset(film->crop_offset());

@@ -8,6 +8,7 @@
 #include <drjit-core/jit.h>
 #include <mitsuba/core/fresolver.h>
 #include <mitsuba/core/parser.h>
+#include <mitsuba/core/plugin.h>
 #include <mitsuba/core/profiler.h>
 #include <mitsuba/core/thread.h>
 #include <mitsuba/core/bitmap.h>
@@ -64,6 +65,11 @@ struct ScopedThreads {
 struct LoadedScene {
     std::string variant, notes;
     ref<Object> root;
+};
+
+// One of Mitsuba's own integrators, made apart from any scene.
+struct OwnIntegrator {
+    ref<Object> integrator;
 };
 
 template <typename Body> int32_t guarded(char *error, size_t size, Body &&body) noexcept {
@@ -273,6 +279,30 @@ std::shared_ptr<void> lend(Object *root, uint32_t sensor, VptHost *out) {
     return host;
 }
 
+template <typename Float, typename Spectrum>
+void parameters(Object *root, uint32_t sensor, VptParameters *out) {
+    auto *scene = as_scene<Float, Spectrum>(root);
+    auto *integrator = static_cast<VptIntegrator<Float, Spectrum> *>(scene->integrator());
+    *out = integrator->bound_parameters();
+    out->passes = scene->sensors()[sensor]->sampler()->sample_count();
+}
+
+template <typename Float, typename Spectrum>
+void create_integrator(const Properties &props, ref<Object> &out) {
+    auto integrator = PluginManager::instance()->create_object<Integrator<Float, Spectrum>>(props);
+    if (!integrator->aov_names().empty())
+        Throw("the integrator \"%s\" renders other channels than a picture's", props.plugin_name());
+    out = integrator.get();
+}
+
+// Renders with one of Mitsuba's integrators; returns the samples per pixel that its sampler took.
+template <typename Float, typename Spectrum>
+uint32_t render_with(Object *root, Object *integrator, uint32_t sensor, uint32_t seed, uint32_t spp) {
+    auto *scene = as_scene<Float, Spectrum>(root);
+    static_cast<Integrator<Float, Spectrum> *>(integrator)->render(scene, sensor, seed, spp, false, true);
+    return scene->sensors()[sensor]->sampler()->sample_count();
+}
+
 // Linear RGB in f32 for formats that want a transfer curve.
 template <typename Float, typename Spectrum>
 void read_rgb(Object *root, uint32_t sensor, float *out) {
@@ -368,6 +398,48 @@ int32_t vpt_scene_lend(void *scene_, uint32_t sensor, VptHost *out, void **owner
         auto *scene = static_cast<LoadedScene *>(scene_);
         auto lent = MI_INVOKE_VARIANT(scene->variant, lend, scene->root.get(), sensor, out);
         *owner = new std::shared_ptr<void>(lent);
+    });
+}
+
+// The strings live as long as the scene does.
+int32_t vpt_scene_parameters(void *scene_, uint32_t sensor, VptParameters *out, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        MI_INVOKE_VARIANT(scene->variant, parameters, scene->root.get(), sensor, out);
+    });
+}
+
+int32_t vpt_integrator_create(const char *variant_, const char *name, int64_t max_depth, int64_t rr_depth,
+                              uint32_t hide_emitters, void **out, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        std::string variant(variant_);
+        Properties props(name);
+        props.set("max_depth", max_depth);
+        props.set("rr_depth", rr_depth);
+        props.set("hide_emitters", hide_emitters != 0);
+        auto own = std::make_unique<OwnIntegrator>();
+        MI_INVOKE_VARIANT(variant, create_integrator, props, own->integrator);
+        *out = own.release();
+    });
+}
+
+void vpt_integrator_free(void *integrator) { delete static_cast<OwnIntegrator *>(integrator); }
+
+uint32_t vpt_integrator_known(const char *name) {
+    try {
+        return PluginManager::instance()->plugin_type(name) == ObjectType::Integrator;
+    } catch (const std::exception &) {
+        return 0;
+    }
+}
+
+int32_t vpt_scene_render_with(void *scene_, void *integrator_, uint32_t sensor, uint32_t seed, uint32_t *spp,
+                              float *rgb, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        Object *root = scene->root.get(), *integrator = static_cast<OwnIntegrator *>(integrator_)->integrator.get();
+        *spp = MI_INVOKE_VARIANT(scene->variant, render_with, root, integrator, sensor, seed, *spp);
+        MI_INVOKE_VARIANT(scene->variant, read_rgb, root, sensor, rgb);
     });
 }
 

@@ -11,7 +11,7 @@
 //! method                    one loop per method, parameters, statistics
 //! ```
 //!
-//! Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← tree ←
+//! `report` (errors, curves, plots) stands alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← tree ←
 //! transport ← film ← method ← host`. Symbols and equations: `docs/EQUATIONS.md`.
 
 pub mod analytic;
@@ -22,6 +22,7 @@ pub mod markov;
 pub mod math;
 pub mod medium;
 pub mod method;
+pub mod report;
 pub mod scene;
 pub mod transport;
 pub mod tree;

@@ -15,6 +15,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Render(RenderArguments),
+    Compare(CompareArguments),
     PluginDir(PluginDirArguments),
 }
 
@@ -69,6 +70,58 @@ pub struct RenderArguments {
     pub quiet: bool,
 }
 
+/// Measure what accuracy costs in time: methods and integrators side by side, and a report.
+///
+/// Every method renders the scene for the same wall time; pictures on the way are held against a
+/// reference. Ctrl-C ends early and writes the report of what was measured.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// Mitsuba scene (XML)
+    pub scene: PathBuf,
+    /// Methods of vpt (ppt, ppbt, ppt_metro, ppbt_metro, apa, ppb) and Mitsuba's integrators
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        default_value = "ppt_metro,ppt,apa,ppb,volpath"
+    )]
+    pub methods: Vec<String>,
+    /// Wall time of each method, for each seed
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, default_value_t = 60.0)]
+    pub time: f64,
+    /// Repetitions with other random numbers; their spread is shown
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 2,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub seeds: u32,
+    /// Reference picture (EXR) [default: one is rendered by Mitsuba, and kept in the folder]
+    #[arg(long, value_name = "FILE", conflicts_with = "reference_time")]
+    pub reference: Option<PathBuf>,
+    /// Wall time for the rendered reference [default: four times --time]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub reference_time: Option<f64>,
+    /// Folder for the report [default: SCENE's name with -compare]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Value of the scene's parameter $NAME; may be given more than once
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub defines: Vec<(String, String)>,
+    /// Value of a parameter of vpt's integrator, for all its methods; may be given more than once
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub settings: Vec<(String, String)>,
+    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    #[arg(long, value_name = "V")]
+    pub variant: Option<String>,
+    /// Index of the scene's sensor, from 0
+    #[arg(long, value_name = "I", allow_negative_numbers = true, default_value_t = 0)]
+    pub sensor: usize,
+    /// Print Mitsuba's log too; twice for more of it
+    #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print warnings and errors alone
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
 /// Print a folder that the stock `mitsuba -a DIR` finds the plugin in.
 ///
 /// The plugin is copied to DIR/plugins. In Python, give DIR to mi.file_resolver().append().
@@ -96,7 +149,19 @@ impl RenderArguments {
         let argv = ["vpt", "render"].iter().chain(words);
         match Arguments::try_parse_from(argv)?.command {
             Command::Render(arguments) => Ok(arguments),
-            Command::PluginDir(_) => unreachable!("the command is render"),
+            _ => unreachable!("the command is render"),
+        }
+    }
+}
+
+#[cfg(test)]
+impl CompareArguments {
+    /// The arguments of `vpt compare`, as the parser reads them.
+    pub fn parse(words: &[&str]) -> Result<Self, clap::Error> {
+        let argv = ["vpt", "compare"].iter().chain(words);
+        match Arguments::try_parse_from(argv)?.command {
+            Command::Compare(arguments) => Ok(arguments),
+            _ => unreachable!("the command is compare"),
         }
     }
 }

@@ -16,7 +16,7 @@ pub struct Interrupt {
 
 impl Interrupt {
     /// Listens for Ctrl-C from now on; `say` tells the user that it was heard.
-    pub fn listen(say: impl Fn(&str) + Send + 'static) -> io::Result<Self> {
+    pub fn listen(say: impl Fn() + Send + 'static) -> io::Result<Self> {
         let interrupt = Interrupt::default();
         let heard = interrupt.clone();
         let mut signals = Signals::new([SIGINT])?;
@@ -26,7 +26,7 @@ impl Interrupt {
                     // Without destructors, which would pull the renderer from under its threads.
                     low_level::exit(ABORTED.into());
                 }
-                say("stopping after this pass; Ctrl-C again aborts without a picture");
+                say();
             }
         })?;
         Ok(interrupt)

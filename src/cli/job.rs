@@ -116,15 +116,19 @@ impl RenderJob {
 
     /// Checks the sensor against the number that the loaded scene has.
     pub fn check_sensor(&self, count: usize) -> Result<(), JobError> {
-        match count.checked_sub(1) {
-            None => Err(JobError::NoSensor(self.scene.path.clone())),
-            Some(last) if self.sensor > last => Err(JobError::Sensor { sensor: self.sensor, last }),
-            Some(_) => Ok(()),
-        }
+        check_sensor(self.sensor, count, &self.scene.path)
     }
 }
 
-fn check_scene(path: &Path) -> Result<(), JobError> {
+pub(super) fn check_sensor(sensor: usize, count: usize, scene: &Path) -> Result<(), JobError> {
+    match count.checked_sub(1) {
+        None => Err(JobError::NoSensor(scene.to_owned())),
+        Some(last) if sensor > last => Err(JobError::Sensor { sensor, last }),
+        Some(_) => Ok(()),
+    }
+}
+
+pub(super) fn check_scene(path: &Path) -> Result<(), JobError> {
     if path.is_dir() {
         return Err(JobError::SceneIsFolder(path.to_owned()));
     }
@@ -134,7 +138,10 @@ fn check_scene(path: &Path) -> Result<(), JobError> {
     }
 }
 
-fn check_pairs(option: &'static str, pairs: &[(String, String)]) -> Result<(), JobError> {
+pub(super) fn check_pairs(
+    option: &'static str,
+    pairs: &[(String, String)],
+) -> Result<(), JobError> {
     for (index, (name, _)) in pairs.iter().enumerate() {
         if pairs[..index].iter().any(|(earlier, _)| earlier == name) {
             return Err(JobError::GivenTwice { option, name: name.clone() });
@@ -143,7 +150,7 @@ fn check_pairs(option: &'static str, pairs: &[(String, String)]) -> Result<(), J
     Ok(())
 }
 
-fn check_settings(settings: &[(String, String)]) -> Result<(), JobError> {
+pub(super) fn check_settings(settings: &[(String, String)]) -> Result<(), JobError> {
     for (name, option) in OPTIONS_OF_PARAMETERS {
         if settings.iter().any(|(set, _)| set == name) {
             return Err(JobError::OwnOption { name, option });
@@ -159,7 +166,7 @@ fn check_timeout(seconds: f64) -> Result<(), JobError> {
     }
 }
 
-fn check_variant(variant: &str) -> Result<(), JobError> {
+pub(super) fn check_variant(variant: &str) -> Result<(), JobError> {
     if VARIANTS.contains(&variant) {
         return Ok(());
     }

@@ -2,18 +2,20 @@
 //!
 //! | exit code | meaning |
 //! |---|---|
-//! | 0 | done; also when Ctrl-C or the timeout ended a render early and its picture was written |
+//! | 0 | done; also when Ctrl-C or the timeout ended the work early and what was done is written |
 //! | 1 | the work failed: rendering, reading or writing |
 //! | 2 | bad usage or bad input: the arguments or the scene must be mended |
 //! | 130 | aborted by Ctrl-C: a second one, or one before the first pass was done |
 //!
 //! Everything that the program has to say goes to stderr, except for results: the line that sums a
-//! render up, and the folder of `plugin-dir`.
+//! render up, the table of a comparison, and the folder of `plugin-dir`.
 
 mod arguments;
+mod compare;
 mod failure;
 mod interrupt;
 mod job;
+mod memory;
 mod plugin_dir;
 mod progress;
 mod run;
@@ -23,6 +25,7 @@ mod text;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
+use compare::CompareJob;
 use failure::Failure;
 use job::RenderJob;
 use std::ffi::OsString;
@@ -49,6 +52,10 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Render(arguments) => {
             let job = RenderJob::new(arguments).map_err(Failure::bad_input)?;
             run::render(&job)
+        }
+        Command::Compare(arguments) => {
+            let job = CompareJob::new(arguments).map_err(Failure::bad_input)?;
+            compare::run(&job)
         }
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),
     }

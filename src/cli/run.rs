@@ -40,9 +40,9 @@ fn render_passes(
 ) -> Result<(Stats, Ending), Failure> {
     let display = display(job);
     let herald = display.clone();
-    let interrupt = Interrupt::listen(move |line| herald.say(line))
-        .context("cannot listen for Ctrl-C")
-        .map_err(Failure::failed)?;
+    let say = move || herald.say("stopping after this pass; Ctrl-C again aborts without a picture");
+    let interrupt =
+        Interrupt::listen(say).context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
     announce(job, session, scene, &display);
     let mut reporter = Reporter::new(display.clone(), interrupt.clone(), job.scene.timeout);
     let result = scene.render(job.sensor, job.seed, job.passes, &mut reporter);

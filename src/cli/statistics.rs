@@ -1,6 +1,7 @@
 //! The file that `--stats` writes.
 
 use super::job::RenderJob;
+use super::memory;
 use super::target::Target;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -72,7 +73,7 @@ impl<'a> Report<'a> {
             settings: as_map(&job.scene.settings),
             ending: facts.ending,
             load_seconds: facts.load_seconds,
-            peak_memory_bytes: peak_memory(),
+            peak_memory_bytes: memory::peak(),
             notes: facts.notes,
             stats: facts.stats,
         }
@@ -88,18 +89,6 @@ fn as_map(pairs: &[(String, String)]) -> BTreeMap<&str, &str> {
     pairs.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect()
 }
 
-/// Peak of the resident memory, as Linux reports it.
-fn peak_memory() -> Option<u64> {
-    parse_peak_memory(&std::fs::read_to_string("/proc/self/status").ok()?)
-}
-
-/// Bytes of the line `VmHWM:   123456 kB`.
-fn parse_peak_memory(status: &str) -> Option<u64> {
-    let value = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: u64 = value.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kilobytes * 1024)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,12 +98,5 @@ mod tests {
         assert_eq!(Ending::of(4, 4, true), Ending::Complete);
         assert_eq!(Ending::of(3, 4, true), Ending::Interrupt);
         assert_eq!(Ending::of(3, 4, false), Ending::Timeout);
-    }
-
-    #[test]
-    fn peak_memory_is_read_from_the_status() {
-        let status = "Name:\tvpt\nVmPeak:\t  99 kB\nVmHWM:\t    1234 kB\nVmRSS:\t 5 kB\n";
-        assert_eq!(parse_peak_memory(status), Some(1234 * 1024));
-        assert_eq!(parse_peak_memory("Name:\tvpt\n"), None);
     }
 }

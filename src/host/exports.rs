@@ -165,7 +165,7 @@ fn write_sentence(out: *mut c_char, size: usize, sentence: &str) {
 
 /// # Safety
 /// The strings must be null or null-terminated.
-unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterError> {
+pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterError> {
     // SAFETY: the caller's promise.
     let [method, schedule, shooting, photon_beams] = unsafe {
         [p.method, p.radius_schedule, p.shooting, p.photon_beams].map(|name| read_string(name))

@@ -2,14 +2,15 @@
 //! into it.
 
 use super::abi::{
-    VptHost, VptObserver, VptProgress, VptShooting, VptStats, VPT_SHOOTING_METROPOLIS,
-    VPT_SHOOTING_UNIFORM,
+    VptHost, VptObserver, VptParameters, VptProgress, VptShooting, VptStats,
+    VPT_SHOOTING_METROPOLIS, VPT_SHOOTING_UNIFORM,
 };
+use super::exports::read_parameters;
 use super::HostScene;
 use crate::density::radius::Radii;
 use crate::markov::{FamilyReport, Mode};
-use crate::method::{Observer, Progress, RenderError, Stats};
-use crate::scene::PathLimits;
+use crate::method::{Observer, Parameters, Progress, RenderError, Stats};
+use crate::scene::{PathLimits, UNBOUNDED_DEPTH};
 use crate::transport::photon::PerFamily;
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::marker::PhantomData;
@@ -69,6 +70,36 @@ impl Session {
         &self.variant
     }
 
+    /// Whether Mitsuba has an integrator of this name.
+    pub fn knows_integrator(&self, name: &str) -> bool {
+        // SAFETY: the name is null-terminated.
+        c_string(name).is_ok_and(|name| unsafe { vpt_integrator_known(name.as_ptr()) != 0 })
+    }
+
+    /// Makes one of Mitsuba's own integrators. Limits that it does not have are without effect.
+    pub fn integrator(&self, name: &str, limits: PathLimits) -> HostResult<OwnIntegrator<'_>> {
+        let (variant, name) = (c_string(&self.variant)?, c_string(name)?);
+        let max_depth = match limits.max_depth {
+            UNBOUNDED_DEPTH => -1,
+            depth => i64::from(depth),
+        };
+        let mut integrator = std::ptr::null_mut();
+        // SAFETY: both strings are null-terminated and the out pointer is valid.
+        call(|error, size| unsafe {
+            vpt_integrator_create(
+                variant.as_ptr(),
+                name.as_ptr(),
+                max_depth,
+                i64::from(limits.rr_depth),
+                limits.hide_emitters.into(),
+                &mut integrator,
+                error,
+                size,
+            )
+        })?;
+        Ok(OwnIntegrator { integrator, _session: PhantomData })
+    }
+
     /// Loads a scene and refuses what cannot be rendered.
     pub fn load(&self, file: &SceneFile) -> HostResult<LoadedScene<'_>> {
         let path = file.path.to_str().ok_or_else(|| {
@@ -94,6 +125,29 @@ impl Session {
         })?;
         LoadedScene::new(self, scene)
     }
+}
+
+/// One of Mitsuba's own integrators.
+#[derive(Debug)]
+pub struct OwnIntegrator<'a> {
+    integrator: *mut c_void,
+    _session: PhantomData<&'a Session>,
+}
+
+impl Drop for OwnIntegrator<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the integrator came from `vpt_integrator_create` and is freed once.
+        unsafe { vpt_integrator_free(self.integrator) }
+    }
+}
+
+/// What one of Mitsuba's own integrators rendered.
+#[derive(Debug, Clone)]
+pub struct OwnPicture {
+    /// Samples per pixel that the sampler took; it may round up what was asked for.
+    pub spp: u32,
+    /// Linear red, green and blue of every pixel, row by row.
+    pub rgb: Vec<f32>,
 }
 
 /// A scene in memory, with the picture last rendered.
@@ -201,6 +255,48 @@ impl<'a> LoadedScene<'a> {
         picture
             .save(path)
             .map_err(|error| HostError(format!("cannot write \"{}\": {error}", path.display())))
+    }
+
+    /// The parameters of the scene's integrator, as the command line left them; `passes` is the sampler's
+    /// sample count.
+    pub fn parameters(&self, sensor: usize) -> HostResult<Parameters> {
+        let sensor = self.checked(sensor);
+        let mut raw = std::mem::MaybeUninit::uninit();
+        // SAFETY: the scene is alive and the out pointer valid.
+        call(|error, size| unsafe {
+            vpt_scene_parameters(self.scene, sensor, raw.as_mut_ptr(), error, size)
+        })?;
+        // SAFETY: the call filled it, and the scene, which holds its strings, is alive.
+        let parameters = unsafe { read_parameters(&raw.assume_init()) };
+        parameters.map_err(|error| HostError(error.to_string()))
+    }
+
+    /// Renders one sensor with one of Mitsuba's own integrators, over the picture last rendered.
+    pub fn render_with(
+        &self,
+        integrator: &OwnIntegrator,
+        sensor: usize,
+        seed: u32,
+        spp: u32,
+    ) -> HostResult<OwnPicture> {
+        let [width, height] = self.film_size(sensor);
+        let (sensor, mut spp) = (self.checked(sensor), spp);
+        let mut rgb = vec![0.0f32; width as usize * height as usize * 3];
+        // SAFETY: scene and integrator are alive; the array has room for the film's pixels.
+        call(|error, size| unsafe {
+            let (scene, integrator) = (self.scene, integrator.integrator);
+            vpt_scene_render_with(
+                scene,
+                integrator,
+                sensor,
+                seed,
+                &mut spp,
+                rgb.as_mut_ptr(),
+                error,
+                size,
+            )
+        })?;
+        Ok(OwnPicture { spp, rgb })
     }
 
     /// The scene as the engine sees it, for callers that bring their own loop.
@@ -397,6 +493,35 @@ extern "C" {
         size: usize,
     ) -> i32;
     fn vpt_scene_give_back(owner: *mut c_void);
+    fn vpt_scene_parameters(
+        scene: *mut c_void,
+        sensor: u32,
+        out: *mut VptParameters,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
+    fn vpt_integrator_create(
+        variant: *const c_char,
+        name: *const c_char,
+        max_depth: i64,
+        rr_depth: i64,
+        hide_emitters: u32,
+        integrator: *mut *mut c_void,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
+    fn vpt_integrator_free(integrator: *mut c_void);
+    fn vpt_integrator_known(name: *const c_char) -> u32;
+    fn vpt_scene_render_with(
+        scene: *mut c_void,
+        integrator: *mut c_void,
+        sensor: u32,
+        seed: u32,
+        spp: *mut u32,
+        rgb: *mut f32,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
     fn vpt_scene_bare_walks(
         scene: *mut c_void,
         sensor: u32,

@@ -1,4 +1,4 @@
-//! The methods, each one readable loop, and what they share: parameters, progress, statistics.
+//! The methods, each one readable pass, and what they share: parameters, progress, statistics.
 
 mod apa;
 mod observer;
@@ -14,6 +14,7 @@ mod stats;
 pub use crate::transport::counters::Counters;
 pub use observer::{Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters, Shooting};
+pub use run::Progressive;
 pub use stats::{PhaseSeconds, Stats};
 
 use crate::film::FilmSums;
@@ -37,23 +38,43 @@ pub struct Outcome {
     pub stats: Stats,
 }
 
-/// Renders a scene with the method that the parameters name.
+/// Renders a scene with the method that the parameters name, until the passes or the time are over or
+/// the observer has enough.
 pub fn render(
     scene: &dyn Scene,
     parameters: &Parameters,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, RenderError> {
+    let mut render = begin(scene, parameters)?;
+    while goes_on(&render.progress(), parameters, observer) {
+        render.advance()?;
+    }
+    render.finish()
+}
+
+/// Begins a render that the caller advances pass by pass.
+pub fn begin<'a>(
+    scene: &'a dyn Scene,
+    parameters: &'a Parameters,
+) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     parameters.validate()?;
     if scene.description().emitter_count == 0 {
         return Err(RenderError::NoEmitter);
     }
-    let render = match (parameters.method, parameters.shooting()) {
-        (Method::Ppt, Shooting::Uniform) => ppt::render,
-        (Method::Ppbt, Shooting::Uniform) => ppbt::render,
-        (Method::Ppt | Method::PptMetro, _) => ppt_metro::render,
-        (Method::Ppbt | Method::PpbtMetro, _) => ppbt_metro::render,
-        (Method::Apa, _) => apa::render,
-        (Method::Ppb, _) => ppb::render,
+    let begin = match (parameters.method, parameters.shooting()) {
+        (Method::Ppt, Shooting::Uniform) => ppt::begin,
+        (Method::Ppbt, Shooting::Uniform) => ppbt::begin,
+        (Method::Ppt | Method::PptMetro, _) => ppt_metro::begin,
+        (Method::Ppbt | Method::PpbtMetro, _) => ppbt_metro::begin,
+        (Method::Apa, _) => apa::begin,
+        (Method::Ppb, _) => ppb::begin,
     };
-    render(scene, parameters, observer)
+    begin(scene, parameters)
+}
+
+/// Tells the observer how far the render is; false where it has ended.
+fn goes_on(progress: &Progress, parameters: &Parameters, observer: &mut dyn Observer) -> bool {
+    let stopped = observer.progress(progress).is_break();
+    let timed_out = parameters.timeout.is_some_and(|limit| progress.seconds >= limit.as_secs_f64());
+    !stopped && progress.passes_done < parameters.passes && !(progress.passes_done > 0 && timed_out)
 }

@@ -1,30 +1,24 @@
 //! Progressive photon beam tracing: uniform photon beams into view beams, photons into visible points.
 //! [Collin 2013 §6] [Jarosz 2011]
 
-use super::run::Run;
-use super::{Observer, Outcome, Parameters, RenderError};
+use super::run::{Progressive, Run};
+use super::{Parameters, RenderError};
 use crate::density::radius::KernelDimensions;
 use crate::scene::Scene;
 use crate::transport::gather::Particles;
 use crate::transport::photons::UniformShooter;
 use crate::transport::receivers::Receivers;
 
-/// Renders with method `ppbt`.
-pub fn render(
-    scene: &dyn Scene,
-    parameters: &Parameters,
-    observer: &mut dyn Observer,
-) -> Result<Outcome, RenderError> {
-    let jitter_every = parameters.jitter_every;
-    let mut run =
-        Run::new(scene, parameters, KernelDimensions::BEAMS, jitter_every, Receivers::build)?;
+/// Begins a render with method `ppbt`.
+pub fn begin<'a>(
+    scene: &'a dyn Scene,
+    parameters: &'a Parameters,
+) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = UniformShooter::new(parameters.seed);
-    while run.goes_on(observer) {
-        run.jitter_when_due()?;
-        run.pass(|pass, sums| {
-            let target = pass.target(Particles::Beams(parameters.photon_beams));
-            Ok(shooter.shoot(&target, pass.number, parameters.photons, sums)?)
-        })?;
-    }
-    run.finish()
+    let jitter_every = parameters.jitter_every;
+    let run = Run::new(scene, parameters, KernelDimensions::BEAMS, jitter_every, Receivers::build)?;
+    Ok(run.with_pass(move |pass, sums| {
+        let target = pass.target(Particles::Beams(parameters.photon_beams));
+        Ok(shooter.shoot(&target, pass.number, parameters.photons, sums)?)
+    }))
 }

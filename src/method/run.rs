@@ -1,6 +1,6 @@
 //! What all methods share: passes, jitters, radii, the film, clocks and counters.
 
-use super::{Counters, Observer, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
+use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use crate::film::{add_jitter, FilmSums};
 use crate::markov::FamilyReport;
@@ -16,6 +16,57 @@ use crate::transport::store::{Storage, StoredPhotons};
 use crate::transport::view::{self, ViewPaths};
 use std::cell::Cell;
 use std::time::Instant;
+
+/// A render held between two passes, which the caller advances.
+pub trait Progressive {
+    /// How far it is. Its seconds run on while it is held.
+    fn progress(&self) -> Progress;
+
+    /// Runs the next pass, whatever the number of passes in the parameters.
+    fn advance(&mut self) -> Result<(), RenderError>;
+
+    /// The film of all passes so far, those of the present jitter among them.
+    fn film(&self) -> Result<FilmSums, RenderError>;
+
+    /// Wall time by phase so far.
+    fn phase_seconds(&self) -> PhaseSeconds;
+
+    /// Ends the render.
+    fn finish(self: Box<Self>) -> Result<Outcome, RenderError>;
+}
+
+/// A run, and what the method does in a pass.
+struct Held<'a, R, B> {
+    run: Run<'a, R>,
+    body: B,
+}
+
+impl<R, B> Progressive for Held<'_, R, B>
+where
+    R: AsRef<ViewPaths>,
+    B: FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+{
+    fn progress(&self) -> Progress {
+        self.run.progress()
+    }
+
+    fn advance(&mut self) -> Result<(), RenderError> {
+        let receivers_changed = self.run.jitter_when_due()?;
+        self.run.pass(receivers_changed, &mut self.body)
+    }
+
+    fn film(&self) -> Result<FilmSums, RenderError> {
+        self.run.film_so_far()
+    }
+
+    fn phase_seconds(&self) -> PhaseSeconds {
+        self.run.seconds
+    }
+
+    fn finish(self: Box<Self>) -> Result<Outcome, RenderError> {
+        self.run.finish()
+    }
+}
 
 /// A render between two passes. `R` is what becomes of the ray paths of one jitter.
 pub struct Run<'a, R> {
@@ -44,6 +95,10 @@ pub struct Pass<'a, R> {
     pub receivers: &'a R,
     pub radii: Radii,
     pub number: u64,
+    /// Whether the pass is the first after new ray paths took the place of others.
+    pub receivers_changed: bool,
+    /// What the shooter reported.
+    shooting: Cell<PerFamily<FamilyReport>>,
     /// Of wall time spent on building trees over photons.
     tree_seconds: Cell<f64>,
 }
@@ -70,6 +125,11 @@ impl<R: AsRef<ViewPaths>> Pass<'_, R> {
         let map = PhotonMap::build(stored);
         self.tree_seconds.set(self.tree_seconds.get() + clock.elapsed().as_secs_f64());
         map
+    }
+
+    /// Hands on what the shooter reports, for progress and statistics.
+    pub fn report_shooting(&self, report: PerFamily<FamilyReport>) {
+        self.shooting.set(report);
     }
 }
 
@@ -119,15 +179,18 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         })
     }
 
-    /// Tells the observer how far the render is; false where it has ended.
-    pub fn goes_on(&self, observer: &mut dyn Observer) -> bool {
-        let stopped = observer.progress(&self.progress()).is_break();
-        !stopped && self.passes < self.parameters.passes && !(self.passes > 0 && self.timed_out())
+    /// Adds what the method does in a pass.
+    pub fn with_pass<B>(self, body: B) -> Box<dyn Progressive + 'a>
+    where
+        R: 'a,
+        B: FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError> + 'a,
+    {
+        Box::new(Held { run: self, body })
     }
 
     /// Traces new ray paths if the present ones have had their passes; says whether it did.
     // [Collin 2013 Algorithm 1, lines 2 to 5]
-    pub fn jitter_when_due(&mut self) -> Result<bool, RenderError> {
+    fn jitter_when_due(&mut self) -> Result<bool, RenderError> {
         if self.passes_of_jitter < self.jitter_every {
             return Ok(false);
         }
@@ -141,8 +204,9 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
 
     /// Runs one pass; the radii shrink after it.
     // [Collin 2013 Algorithm 1, lines 6 to 9 and 12]
-    pub fn pass(
+    fn pass(
         &mut self,
+        receivers_changed: bool,
         body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<(), RenderError> {
         let clock = Instant::now();
@@ -152,10 +216,13 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             receivers: &self.receivers,
             radii: self.radii.current(),
             number: u64::from(self.passes),
+            receivers_changed,
+            shooting: Cell::new(self.shooting),
             tree_seconds: Cell::new(0.0),
         };
         let counters = body(&pass, &mut self.sums)?;
-        let tree_seconds = pass.tree_seconds.get();
+        let (tree_seconds, shooting) = (pass.tree_seconds.get(), pass.shooting.get());
+        self.shooting = shooting;
         self.seconds.trees += tree_seconds;
         self.seconds.photons += clock.elapsed().as_secs_f64() - tree_seconds;
         self.counters.add(&counters);
@@ -165,13 +232,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         Ok(())
     }
 
-    /// Takes over what the shooter reports, for progress and statistics.
-    pub fn report_shooting(&mut self, report: PerFamily<FamilyReport>) {
-        self.shooting = report;
-    }
-
     /// The picture of all passes.
-    pub fn finish(mut self) -> Result<Outcome, RenderError> {
+    fn finish(mut self) -> Result<Outcome, RenderError> {
         self.end_jitter()?;
         let mut warnings = self.scene.description().warnings.clone();
         warnings.extend(self.counters.warnings());
@@ -201,8 +263,14 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         Ok(())
     }
 
-    fn timed_out(&self) -> bool {
-        self.parameters.timeout.is_some_and(|limit| self.start.elapsed() >= limit)
+    /// The film, with the jitter under way weighted by the passes that it has had.
+    fn film_so_far(&self) -> Result<FilmSums, RenderError> {
+        let mut film = self.film.clone();
+        if self.passes_of_jitter > 0 {
+            let (paths, passes) = (self.receivers.as_ref(), self.passes_of_jitter);
+            add_jitter(self.scene, paths, &self.sums, passes, &mut film)?;
+        }
+        Ok(film)
     }
 
     fn progress(&self) -> Progress {

@@ -1,0 +1,143 @@
+//! What is compared: renders that are advanced a little at a time, and show their picture at any time.
+
+use super::own::{Mean, Stream};
+use anyhow::Result;
+use std::time::Instant;
+use vpt::film::FilmSums;
+use vpt::host::session::{LentScene, LoadedScene};
+use vpt::method::{self, Parameters, Progressive};
+use vpt::report::picture::Picture;
+use vpt::report::results::Phase;
+use vpt::scene::Scene;
+
+/// A render that takes turns with others.
+pub trait Contestant {
+    /// The least step: one pass, or one small render.
+    fn advance(&mut self) -> Result<()>;
+    /// The picture of all steps so far.
+    fn picture(&self) -> Result<Picture>;
+    /// Passes or samples per pixel so far.
+    fn work(&self) -> u64;
+    /// Where the time went.
+    fn phases(&self) -> Vec<Phase>;
+}
+
+/// What one of vpt's methods needs before it begins. Lending the scene prepares it, so the time counts.
+pub struct Preparation<'a> {
+    lent: LentScene<'a>,
+    parameters: Parameters,
+    pub seconds: f64,
+}
+
+impl<'a> Preparation<'a> {
+    pub fn new(scene: &'a LoadedScene, sensor: usize, parameters: Parameters) -> Result<Self> {
+        let clock = Instant::now();
+        let lent = scene.lend(sensor)?;
+        Ok(Preparation { lent, parameters, seconds: clock.elapsed().as_secs_f64() })
+    }
+}
+
+/// One of vpt's methods.
+pub struct Ours<'a> {
+    preparation: &'a Preparation<'a>,
+    size: [u32; 2],
+    /// None before the first step, on whose clock the render begins.
+    render: Option<Box<dyn Progressive + 'a>>,
+}
+
+impl<'a> Ours<'a> {
+    pub fn new(preparation: &'a Preparation<'a>, size: [u32; 2]) -> Self {
+        Ours { preparation, size, render: None }
+    }
+
+    fn render(&self) -> &dyn Progressive {
+        self.render.as_deref().expect("it has advanced once")
+    }
+}
+
+impl Contestant for Ours<'_> {
+    fn advance(&mut self) -> Result<()> {
+        if self.render.is_none() {
+            let Preparation { lent, parameters, .. } = self.preparation;
+            self.render = Some(method::begin(lent.scene(), parameters)?);
+        }
+        let render = self.render.as_mut().expect("it has begun");
+        Ok(render.advance()?)
+    }
+
+    fn picture(&self) -> Result<Picture> {
+        let channels = self.preparation.lent.scene().description().film_channels as usize;
+        Ok(develop(&self.render().film()?, channels, self.size))
+    }
+
+    fn work(&self) -> u64 {
+        self.render.as_ref().map_or(0, |render| render.progress().passes_done.into())
+    }
+
+    fn phases(&self) -> Vec<Phase> {
+        let Some(render) = &self.render else { return Vec::new() };
+        let spent = render.phase_seconds();
+        let phase = |name: &str, seconds| Phase { name: name.to_owned(), seconds };
+        vec![
+            phase("preparation", self.preparation.seconds),
+            phase("view rays", spent.view),
+            phase("trees", spent.trees),
+            phase("photons", spent.photons),
+            phase("film", spent.film),
+        ]
+    }
+}
+
+/// Divides the film's sums by their weights, which are its last channel; colours are its first three.
+fn develop(film: &FilmSums, channels: usize, [width, height]: [u32; 2]) -> Picture {
+    let pixel = |sums: &[f64]| {
+        let weight = sums[channels - 1];
+        let scale = if weight != 0.0 { 1.0 / weight } else { 0.0 };
+        [0, 1, 2].map(|c| (sums[c] * scale) as f32)
+    };
+    let pixels = film.values.chunks_exact(channels).map(pixel).collect();
+    Picture { width: width as usize, height: height as usize, pixels }
+}
+
+/// One of Mitsuba's integrators.
+pub struct Own<'a> {
+    stream: Stream<'a>,
+    mean: Mean,
+    size: [u32; 2],
+}
+
+impl<'a> Own<'a> {
+    pub fn new(stream: Stream<'a>, size: [u32; 2]) -> Self {
+        Own { stream, mean: Mean::new(size[0] as usize * size[1] as usize), size }
+    }
+}
+
+impl Contestant for Own<'_> {
+    fn advance(&mut self) -> Result<()> {
+        Ok(self.stream.advance(&mut self.mean)?)
+    }
+
+    fn picture(&self) -> Result<Picture> {
+        Ok(self.mean.picture(self.size))
+    }
+
+    fn work(&self) -> u64 {
+        self.mean.weight() as u64
+    }
+
+    fn phases(&self) -> Vec<Phase> {
+        Vec::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn film_is_divided_by_its_weights() {
+        let film = FilmSums { values: vec![2.0, 4.0, 6.0, 1.0, 2.0, 9.0, 9.0, 9.0, 0.0, 0.0] };
+        let picture = develop(&film, 5, [2, 1]);
+        assert_eq!(picture.pixels, [[1.0, 2.0, 3.0], [0.0; 3]]);
+    }
+}

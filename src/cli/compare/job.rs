@@ -1,0 +1,193 @@
+//! Arguments of a comparison that were found to make sense, and what can be wrong with them.
+
+use super::folder::{Folder, FolderError};
+use crate::cli::arguments::CompareArguments;
+use crate::cli::job::{check_pairs, check_scene, check_settings, check_variant, JobError};
+use std::path::PathBuf;
+use std::time::Duration;
+use vpt::host::session::SceneFile;
+use vpt::method::Method;
+use vpt::report::picture::{Picture, PictureError};
+
+/// The rendered reference has so many times the time of a method.
+const REFERENCE_TIMES: f64 = 4.0;
+
+/// A comparison whose arguments were checked as far as that goes without loading the scene.
+pub struct CompareJob {
+    pub scene: SceneFile,
+    pub methods: Vec<String>,
+    /// Seconds of each method, for each seed.
+    pub time: f64,
+    pub seeds: u32,
+    /// The file's path and picture.
+    pub reference: Option<(PathBuf, Picture)>,
+    /// Seconds.
+    pub reference_time: f64,
+    pub folder: Folder,
+    pub variant: Option<String>,
+    pub sensor: usize,
+    pub verbosity: u8,
+    pub quiet: bool,
+}
+
+/// A mistake in the arguments of a comparison, with the mend.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    #[error(transparent)]
+    Common(#[from] JobError),
+    #[error(
+        "--methods holds an empty name; write names with commas between them, such as ppt,volpath"
+    )]
+    EmptyMethod,
+    #[error("--methods names \"{0}\" twice; keep one of them")]
+    MethodTwice(String),
+    #[error("{option} is {seconds}, but must be a number of seconds above 0")]
+    Seconds { option: &'static str, seconds: f64 },
+    #[error("--reference cannot be used")]
+    Reference(#[from] PictureError),
+    #[error(
+        "the reference \"{}\" has {} x {} pixels, but the scene's film has {} x {}; render one of that size, \
+         or leave --reference out", .path.display(), .found[0], .found[1], .wanted[0], .wanted[1]
+    )]
+    ReferenceSize { path: PathBuf, found: [usize; 2], wanted: [usize; 2] },
+    #[error("the reference \"{}\" is black, so no error can be told relative to it", .0.display())]
+    ReferenceBlack(PathBuf),
+    #[error("the folder (-o) cannot be used")]
+    Folder(#[from] FolderError),
+    #[error(
+        "unknown method or integrator \"{name}\"; use vpt's {ours}, or one of Mitsuba's, such as volpath, \
+         volpathmis, path or ptracer"
+    )]
+    UnknownMethod { name: String, ours: String },
+}
+
+impl CompareError {
+    /// Neither vpt nor Mitsuba knows the name.
+    pub fn unknown_method(name: &str) -> Self {
+        let ours = Method::ALL.map(Method::name).join(", ");
+        CompareError::UnknownMethod { name: name.to_owned(), ours }
+    }
+}
+
+impl CompareJob {
+    /// Checks everything that can be checked without loading the scene.
+    pub fn new(arguments: CompareArguments) -> Result<Self, CompareError> {
+        check_scene(&arguments.scene)?;
+        check_pairs("-D", &arguments.defines)?;
+        check_pairs("--set", &arguments.settings)?;
+        check_settings(&arguments.settings)?;
+        if let Some(variant) = &arguments.variant {
+            check_variant(variant)?;
+        }
+        check_methods(&arguments.methods)?;
+        let reference_time = arguments.reference_time.unwrap_or(REFERENCE_TIMES * arguments.time);
+        check_seconds("--time", arguments.time)?;
+        check_seconds("--reference-time", reference_time)?;
+        let reference = arguments.reference.map(read_reference).transpose()?;
+        let folder = arguments.output.unwrap_or_else(|| {
+            let mut name = arguments.scene.file_stem().unwrap_or_default().to_owned();
+            name.push("-compare");
+            PathBuf::from(name)
+        });
+        Ok(CompareJob {
+            scene: SceneFile {
+                path: arguments.scene,
+                defines: arguments.defines,
+                settings: arguments.settings,
+                ..SceneFile::default()
+            },
+            methods: arguments.methods,
+            time: arguments.time,
+            seeds: arguments.seeds,
+            reference,
+            reference_time,
+            folder: Folder::check(folder)?,
+            variant: arguments.variant,
+            sensor: arguments.sensor,
+            verbosity: arguments.verbose,
+            quiet: arguments.quiet,
+        })
+    }
+
+    /// Checks the reference against the film of the loaded scene.
+    pub fn check_reference(&self, film: [u32; 2]) -> Result<(), CompareError> {
+        let wanted = film.map(|side| side as usize);
+        match &self.reference {
+            Some((path, picture)) if picture.size() != wanted => Err(CompareError::ReferenceSize {
+                path: path.clone(),
+                found: picture.size(),
+                wanted,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn check_methods(names: &[String]) -> Result<(), CompareError> {
+    for (index, name) in names.iter().enumerate() {
+        if name.trim().is_empty() {
+            return Err(CompareError::EmptyMethod);
+        }
+        if names[..index].contains(name) {
+            return Err(CompareError::MethodTwice(name.clone()));
+        }
+    }
+    Ok(())
+}
+
+fn check_seconds(option: &'static str, seconds: f64) -> Result<(), CompareError> {
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(time) if !time.is_zero() => Ok(()),
+        _ => Err(CompareError::Seconds { option, seconds }),
+    }
+}
+
+fn read_reference(path: PathBuf) -> Result<(PathBuf, Picture), CompareError> {
+    let picture = Picture::read_exr(&path)?;
+    if picture.mean() > 0.0 {
+        Ok((path, picture))
+    } else {
+        Err(CompareError::ReferenceBlack(path))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::failure::Failure;
+
+    #[test]
+    fn every_mistake_is_named_with_its_mend() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        let (scene, dir, below) = (path("scene.xml"), path("out"), path("none/out"));
+        std::fs::write(&scene, "<scene version=\"3.0.0\"/>").unwrap();
+        for (words, parts) in [
+            (&["--methods", "ppt,,apa"][..], &["--methods", "empty name", "ppt,volpath"][..]),
+            (&["--methods", ""], &["--methods", "empty name"]),
+            (&["--methods", "ppt,apa,ppt"], &["\"ppt\" twice", "keep one"]),
+            (&["--time", "0"], &["--time is 0", "above 0"]),
+            (&["--time", "nan"], &["--time is NaN", "above 0"]),
+            (&["--reference-time", "-1"], &["--reference-time is -1", "above 0"]),
+            (&["--reference", &scene], &["--reference", "scene.xml", "EXR"]),
+            (&["--variant", "scalar_mono"], &["scalar_mono", "RGB"]),
+            (&["--set", "method=ppt"], &["--set method", "--method"]),
+            (&["-o", &scene], &["-o", "scene.xml", "no folder"]),
+            (&["-o", &below], &["-o", "none\" does not exist", "make it"]),
+        ] {
+            let mut all = vec![scene.as_str()];
+            all.extend(words);
+            if !words.contains(&"-o") {
+                all.extend(["-o", &dir]);
+            }
+            let Err(error) = CompareJob::new(CompareArguments::parse(&all).unwrap()) else {
+                panic!("{words:?} was not refused")
+            };
+            let message = Failure::bad_input(error).message();
+            for part in parts {
+                assert!(message.contains(part), "{words:?}: no {part:?} in: {message}");
+            }
+        }
+        assert!(!folder.path().join("out").exists());
+    }
+}

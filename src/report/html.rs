@@ -1,0 +1,266 @@
+//! The report: one HTML file that needs nothing else.
+
+use super::crops::{self, Crop};
+use super::display::{difference, png, Exposure};
+use super::picture::Picture;
+use super::plot::{Chart, PlotError};
+use super::results::{Comparison, Metric};
+use super::summary::{summarize, Summary, LEVELS};
+use super::text;
+use base64::prelude::{Engine, BASE64_STANDARD};
+use image::RgbImage;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("report.css");
+const SCRIPT: &str = include_str!("report.js");
+
+/// Parts of the pictures that are shown enlarged.
+const CROPS: usize = 3;
+
+/// The pictures of a comparison.
+pub struct Pictures {
+    pub reference: Picture,
+    /// The last picture of each method's first seed, by name; None where there is none.
+    pub methods: Vec<Option<Picture>>,
+}
+
+/// The report as HTML.
+pub fn report(comparison: &Comparison, pictures: &Pictures) -> Result<String, PlotError> {
+    let summaries = summarize(comparison);
+    let mut body = header(comparison);
+    body += &section("Time to an error", &summary_table(comparison, &summaries));
+    body += &section("Error over time", &plots(comparison)?);
+    body += &section("Pictures", &slider(comparison, pictures));
+    body += &section("Details", &details(comparison, pictures));
+    body += &section("Differences", &differences(comparison, pictures));
+    body += &section("Time and memory", &costs(comparison));
+    body += &section("How to read this", EXPLANATION);
+    let title = escape(&comparison.scene);
+    Ok(format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\"><title>vpt compare: {title}</title>\
+         <style>{STYLE}</style></head>\n<body>{body}<script>{SCRIPT}</script></body></html>\n"
+    ))
+}
+
+const EXPLANATION: &str = "<p>Every method was given the same wall time, alone on the machine: the one that has \
+    used least goes on next, for one pass or one small render. Its preparation counts, the loading of the scene \
+    and the measuring do not. <b>Error</b> is the root of the relative MSE: the mean over pixels and channels of \
+    (x − r)² / (r² + (m/10)²), m being the reference's mean. <b>FLIP</b> is LDR-FLIP at 67 pixels per degree, in \
+    [0, 1]. <b>Rate</b> is the exponent of time that the RMSE follows; independent samples have −0.5. Times are \
+    interpolated along the mean over the seeds, ranges are those of the seeds. <b>Speed</b> is the fastest \
+    Mitsuba integrator's time over the method's. The bands in the plots span the seeds. No error can be told \
+    from the noise of the reference below the dashed line.</p>\
+    <p>In the differences red is too bright and blue too dark; full colour is half of the reference's value.</p>";
+
+fn section(title: &str, body: &str) -> String {
+    format!("<section><h2>{title}</h2>\n{body}</section>\n")
+}
+
+fn header(comparison: &Comparison) -> String {
+    let [width, height] = comparison.film_size;
+    let mut out = format!(
+        "<h1>{}</h1><p>{width} × {height} pixels, {}, {} s for each method and seed, seeds: {}; vpt {}.</p>",
+        escape(&comparison.scene),
+        escape(&comparison.variant),
+        text::number(comparison.seconds),
+        comparison.seeds,
+        escape(&comparison.version)
+    );
+    let reference = &comparison.reference;
+    let _ = write!(out, "<p>Reference: {}", escape(&reference.origin));
+    match reference.noise {
+        Some(noise) => {
+            let relative = text::percent(noise.relative_mse.sqrt());
+            let _ =
+                write!(out, "; its own noise is {relative} (RMSE {}).", text::number(noise.rmse));
+        }
+        None => out += "; its own noise is not known.",
+    }
+    out += "</p>";
+    if comparison.interrupted {
+        out += "<p class=\"note\">The comparison was interrupted: it holds what was measured until then.</p>";
+    }
+    for note in &comparison.notes {
+        let _ = write!(out, "<p class=\"note\">{}</p>", escape(note));
+    }
+    out
+}
+
+fn summary_table(comparison: &Comparison, summaries: &[Summary]) -> String {
+    let mut out = String::from("<table><tr><th>method<th>error<th>RMSE<th>FLIP<th>rate");
+    for level in LEVELS {
+        let _ = write!(out, "<th>to {} %<th>speed", 100.0 * level);
+    }
+    for (method, summary) in comparison.methods.iter().zip(summaries) {
+        let _ = write!(out, "<tr><td>{}", escape(&text::marked_name(method)));
+        match summary.last {
+            Some(errors) => {
+                let relative = text::percent(errors.relative());
+                let (rmse, flip) = (text::number(errors.rmse), text::number(errors.flip));
+                let _ = write!(out, "<td>{relative}<td>{rmse}<td>{flip}");
+            }
+            None => out += "<td>–<td>–<td>–",
+        }
+        let _ = write!(out, "<td>{}", text::rate(summary));
+        for time in &summary.times {
+            let range = time.range.map_or(String::new(), |[fast, slow]| {
+                format!("<small>{} – {}</small>", text::number(fast), text::number(slow))
+            });
+            let speed = time.speed_up.map_or("–".into(), |s| format!("{} ×", text::number(s)));
+            let _ = write!(out, "<td>{}{range}<td>{speed}", escape(&text::reached(time)));
+        }
+    }
+    out += "</table>";
+    for method in &comparison.methods {
+        if let Some(flaw) = &method.flaw {
+            let _ =
+                write!(out, "<p class=\"note\">* {}: {}</p>", escape(&method.name), escape(flaw));
+        }
+    }
+    out
+}
+
+fn plots(comparison: &Comparison) -> Result<String, PlotError> {
+    let mut out = String::new();
+    for metric in Metric::ALL {
+        let svg = Chart::new(comparison, metric).svg()?;
+        let _ = write!(out, "<figure class=\"plot\">{svg}</figure>");
+    }
+    Ok(out)
+}
+
+/// Names and pictures of what was rendered, the reference first.
+fn shown<'a>(comparison: &'a Comparison, pictures: &'a Pictures) -> Vec<(&'a str, &'a Picture)> {
+    let methods = comparison.methods.iter().zip(&pictures.methods);
+    let methods = methods.filter_map(|(m, picture)| Some((m.name.as_str(), picture.as_ref()?)));
+    std::iter::once(("reference", &pictures.reference)).chain(methods).collect()
+}
+
+fn slider(comparison: &Comparison, pictures: &Pictures) -> String {
+    let exposure = Exposure::of(&pictures.reference);
+    let shown = shown(comparison, pictures);
+    let options = |chosen: usize| -> String {
+        let option = |(index, (name, _)): (usize, &(&str, &Picture))| {
+            let selected = if index == chosen { " selected" } else { "" };
+            format!("<option value=\"{index}\"{selected}>{}</option>", escape(name))
+        };
+        shown.iter().enumerate().map(option).collect()
+    };
+    let mut out = format!(
+        "<p>left <select id=\"left\">{}</select> right <select id=\"right\">{}</select> \
+         <button id=\"flip\">flip</button></p>\
+         <div id=\"slider\"><img id=\"below\" alt=\"right picture\"><img id=\"above\" alt=\"left picture\">\
+         <input id=\"split\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"split\"></div>\
+         <div class=\"row\">",
+        options(usize::from(shown.len() > 1)),
+        options(0)
+    );
+    for (name, picture) in &shown {
+        out += &figure("source", name, &exposure.show(picture));
+    }
+    out + "</div>"
+}
+
+fn details(comparison: &Comparison, pictures: &Pictures) -> String {
+    let exposure = Exposure::of(&pictures.reference);
+    let shown = shown(comparison, pictures);
+    let others: Vec<&Picture> = shown[1..].iter().map(|(_, picture)| *picture).collect();
+    let crops = crops::choose(&pictures.reference, &others, CROPS);
+    let images: Vec<(&str, RgbImage)> =
+        shown.iter().map(|(name, picture)| (*name, exposure.show(picture))).collect();
+    let row = |crop: &Crop| {
+        let figures: String =
+            images.iter().map(|(name, image)| figure("crop", name, &crop.cut(image))).collect();
+        let Crop { x, y, width, height } = crop;
+        format!(
+            "<p>{width} × {height} pixels from ({x}, {y}):</p><div class=\"row\">{figures}</div>"
+        )
+    };
+    crops.iter().map(row).collect()
+}
+
+fn differences(comparison: &Comparison, pictures: &Pictures) -> String {
+    let shown = shown(comparison, pictures);
+    let figures = shown[1..].iter().map(|(name, picture)| {
+        figure("difference", name, &difference(picture, &pictures.reference))
+    });
+    format!("<div class=\"row\">{}</div>", figures.collect::<String>())
+}
+
+/// An image with its name, by a class of the style sheet.
+fn figure(class: &str, name: &str, image: &RgbImage) -> String {
+    let (data, name) = (BASE64_STANDARD.encode(png(image)), escape(name));
+    format!(
+        "<figure class=\"{class}\"><img alt=\"{name}\" src=\"data:image/png;base64,{data}\">\
+         <figcaption>{name}</figcaption></figure>"
+    )
+}
+
+/// Where the time of the first seed went, and the memory.
+fn costs(comparison: &Comparison) -> String {
+    let mut out =
+        String::from("<table><tr><th>method<th>work<th>time by phase<th>own memory at its peak");
+    for method in &comparison.methods {
+        let Some(run) = method.runs.first() else { continue };
+        let total: f64 = run.phases.iter().map(|phase| phase.seconds).sum();
+        let bars: String = run.phases.iter().map(|phase| {
+            let share = 100.0 * phase.seconds / total.max(f64::MIN_POSITIVE);
+            format!(
+                "<div class=\"phase\"><span class=\"bar\" style=\"width:{share:.0}px\"></span> {} {} s</div>",
+                escape(&phase.name),
+                text::number(phase.seconds)
+            )
+        }).collect();
+        let unit = if method.ours { "passes" } else { "samples per pixel" };
+        let _ = write!(
+            out,
+            "<tr><td>{}<td>{} {unit}<td>{bars}<td>{}",
+            escape(&method.name),
+            run.work,
+            text::memory(run.peak_memory_bytes)
+        );
+    }
+    let whole = text::memory(comparison.peak_memory_bytes);
+    out + &format!("</table><p>The whole program, with all methods side by side, held {whole} at its peak.</p>")
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::summary::tests::comparison;
+
+    fn pictures() -> Pictures {
+        let grey = |value: f32| Picture::from_fn(8, 6, |_, _| [value; 3]);
+        Pictures { reference: grey(1.0), methods: vec![Some(grey(1.1)), None] }
+    }
+
+    #[test]
+    fn report_is_self_contained_and_escaped() {
+        let html = report(&comparison(), &pictures()).unwrap();
+        assert_eq!(html.matches("<svg").count(), Metric::ALL.len());
+        assert!(html.contains("a &lt;b&gt;.xml") && !html.contains("a <b>"));
+        let links: Vec<_> =
+            html.match_indices("src=\"").map(|(i, _)| &html[i + 5..i + 20]).collect();
+        assert!(links.iter().all(|link| link.starts_with("data:image/png")), "{links:?}");
+        for outside in ["<link", "@import", "url(", "<script src"] {
+            assert!(!html.contains(outside), "{outside}");
+        }
+    }
+
+    #[test]
+    fn report_tells_noise_interruption_and_notes() {
+        let mut comparison = comparison();
+        comparison.interrupted = true;
+        let html = report(&comparison, &pictures()).unwrap();
+        for part in
+            ["its own noise is 1.00 %", "was interrupted", "a note", "not reached", "3.00 MiB"]
+        {
+            assert!(html.contains(part), "{part}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Numbers as people read them.
+
+use super::curve::Reached;
+use super::results::Method;
+use super::summary::{Summary, TimeTo};
+
+/// Three digits.
+pub fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        v if (0.01..1000.0).contains(&v) => {
+            let digits = (2 - v.log10().floor() as i32).max(0) as usize;
+            format!("{value:.digits$}")
+        }
+        _ => format!("{value:.2e}"),
+    }
+}
+
+/// `2.34 %`.
+pub fn percent(share: f64) -> String {
+    format!("{} %", number(100.0 * share))
+}
+
+/// `12.3 s`, `< 0.20 s`, `not reached`.
+pub fn reached(time: &TimeTo) -> String {
+    match time.reached {
+        Reached::After { seconds } => format!("{} s", number(seconds)),
+        Reached::Before { seconds } => format!("< {} s", number(seconds)),
+        Reached::Never => "not reached".into(),
+    }
+}
+
+/// `-0.49 ± 0.01`.
+pub fn rate(summary: &Summary) -> String {
+    match (summary.rate, summary.rate_error) {
+        (Some(rate), Some(error)) => format!("{rate:.2} ± {error:.2}"),
+        (Some(rate), None) => format!("{rate:.2}"),
+        (None, _) => "–".into(),
+    }
+}
+
+/// The name, with a star where the picture is not that of the scene.
+pub fn marked_name(method: &Method) -> String {
+    format!("{}{}", method.name, if method.flaw.is_some() { " *" } else { "" })
+}
+
+/// `12.3 MiB`, or a dash where it is not known.
+pub fn memory(bytes: Option<u64>) -> String {
+    bytes.map_or("–".into(), |bytes| format!("{} MiB", number(bytes as f64 / 1048576.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        for (value, text) in
+            [(0.0, "0"), (0.0123, "0.0123"), (1.5, "1.50"), (123.4, "123"), (1e-4, "1.00e-4")]
+        {
+            assert_eq!(number(value), text);
+        }
+        assert_eq!(percent(0.0234), "2.34 %");
+        assert_eq!((memory(None), memory(Some(3 << 20))), ("–".into(), "3.00 MiB".into()));
+    }
+}

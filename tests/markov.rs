@@ -183,7 +183,7 @@ fn assert_normalised(share: f64, photons: u64, seeds: u64, notices: f64) {
 
 #[test]
 fn normalised_where_a_tenth_is_visible() {
-    assert_normalised(1e-1, 8_000, 32, 0.03);
+    assert_normalised(1e-1, 12_000, 32, 0.03);
 }
 
 #[test]

@@ -15,8 +15,6 @@ use super::{agreement_folder, output_folder};
 const IMAGE_BOUND: f64 = 0.005;
 const BLOCK_BOUND: f64 = 0.02;
 const FALSE_ALARM: f64 = 1e-3;
-const DETECTABLE_IMAGE_BIAS: f64 = 0.02;
-const DETECTABLE_BLOCK_BIAS: f64 = 0.08;
 
 /// The levels at which one test rejects, such that all of a run together keep `FALSE_ALARM`.
 struct Levels {
@@ -142,8 +140,8 @@ fn judge_one(
     let mut entry = Entry {
         deviation: Some(Verdict::worst(&verdict.image).deviation),
         rejected: !biases.is_empty(),
-        noisy: verdict.detectable_in_image(levels.image) > DETECTABLE_IMAGE_BIAS
-            || verdict.detectable_in_median_block(levels.block) > DETECTABLE_BLOCK_BIAS,
+        noisy: verdict.detectable_in_image(levels.image) > method.power.image
+            || verdict.detectable_in_median_block(levels.block) > method.power.block,
         faults: biases,
     };
     if entry.noisy {

@@ -60,7 +60,7 @@ public:
         VptParameters parameters = bound_parameters();
         parameters.passes = sampler->sample_count();
         parameters.seed = vpt::plain(seed);
-        parameters.threads = (uint32_t) pool_size() + 1;
+        parameters.threads = (uint32_t) pool_size();
 
         VptDescription description = host.describe();
         std::vector<double> storage((size_t) description.film_pixels * description.film_channels);

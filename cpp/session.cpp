@@ -54,12 +54,12 @@ uint32_t render_threads = 0;
 // Mitsuba's pool has the size asked for while it renders, and its full size otherwise: with no worker,
 // OpenEXR's reader waits for ever (stock `mitsuba -t 1` does so on a scene with an EXR texture).
 struct ScopedThreads {
-    ScopedThreads() : workers(pool_size()) {
+    ScopedThreads() : threads(pool_size()) {
         if (render_threads > 0)
-            pool_set_size(nullptr, render_threads - 1);
+            pool_set_size(nullptr, render_threads);
     }
-    ~ScopedThreads() { pool_set_size(nullptr, workers); }
-    uint32_t workers;
+    ~ScopedThreads() { pool_set_size(nullptr, threads); }
+    uint32_t threads;
 };
 
 struct LoadedScene {

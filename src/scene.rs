@@ -18,6 +18,8 @@
 //!   `volpath` does: a path with `k` of them is kept while `k < max_depth`.
 
 use crate::math::{Aabb, Rgb};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// "No medium" in every array of medium indices.
 pub const VACUUM: u32 = u32::MAX;
@@ -110,6 +112,50 @@ pub struct Batching {
     pub lanes: usize,
     /// Whether several threads may drive batches of their own at the same time.
     pub concurrent: bool,
+}
+
+/// A share of a job that is done in batches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Batch {
+    pub number: u64,
+    /// The number of its first lane within the whole job.
+    pub first: u64,
+    pub lanes: usize,
+}
+
+impl Batching {
+    /// How many batches a job of `lanes` takes.
+    pub fn count(self, lanes: u64) -> u64 {
+        lanes.div_ceil(self.lanes as u64)
+    }
+
+    /// Runs the batches `numbers` of a job of `lanes`, side by side where the host allows it. Results
+    /// are in the order of the numbers.
+    pub fn run<T: Send>(
+        self,
+        lanes: u64,
+        numbers: Range<u64>,
+        run: impl Fn(Batch) -> SceneResult<T> + Sync,
+    ) -> SceneResult<Vec<T>> {
+        let batch = |number: u64| {
+            let first = number * self.lanes as u64;
+            Batch { number, first, lanes: (lanes - first).min(self.lanes as u64) as usize }
+        };
+        if self.concurrent {
+            numbers.into_par_iter().map(|number| run(batch(number))).collect()
+        } else {
+            numbers.map(|number| run(batch(number))).collect()
+        }
+    }
+
+    /// Runs all batches of a job of `lanes`.
+    pub fn run_all<T: Send>(
+        self,
+        lanes: u64,
+        run: impl Fn(Batch) -> SceneResult<T> + Sync,
+    ) -> SceneResult<Vec<T>> {
+        self.run(lanes, 0..self.count(lanes), run)
+    }
 }
 
 /// Termination rules, with `volpath`'s meaning.

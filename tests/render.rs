@@ -78,6 +78,9 @@ fn the_same_seed_gives_the_same_bits_with_any_number_of_threads() {
     write_scene(folder.path(), [0.9; 8]);
     let bits = |threads: &str, seed: &str| {
         render(folder.path(), "picture.exr", &["--threads", threads, "--seed", seed]);
+        let stats = fs::read(folder.path().join("stats.json")).unwrap();
+        let stats: serde_json::Value = serde_json::from_slice(&stats).unwrap();
+        assert_eq!(stats["threads"].to_string(), threads);
         fs::read(folder.path().join("picture.exr")).unwrap()
     };
     let one = bits("1", "5");

@@ -11,7 +11,10 @@ use vpt::tree::{ViewBeamTree, ViewPointTree};
 
 #[path = "support/segment_sets.rs"]
 mod segment_sets;
+#[path = "support/strategies.rs"]
+mod strategies;
 use segment_sets::{box_of, pinhole, random_direction, random_in_cube, random_segments};
+use strategies::{place, segment};
 
 /// Index, bits of `t`, bits of the squared distance.
 type Pair = (u32, u32, u32);
@@ -341,24 +344,6 @@ fn beam_tree_does_not_depend_on_the_number_of_threads() {
     let alone = visits_with(1);
     assert!(alone.1.len() > 1000);
     assert!(alone == visits_with(4));
-}
-
-/// Numbers that collide often, and others.
-fn coordinate() -> impl Strategy<Value = f32> {
-    prop_oneof![(-8_i32..=8).prop_map(|i| i as f32 / 8.0), -1.0_f32..1.0, Just(1e-20), Just(-0.0)]
-}
-
-fn place() -> impl Strategy<Value = Vec3> {
-    [coordinate(), coordinate(), coordinate()].prop_map(Vec3::from_array)
-}
-
-fn segment() -> impl Strategy<Value = Segment> {
-    let length = prop_oneof![0.0_f32..2.0, Just(0.0), Just(1.0), Just(1e-5), Just(1e7)];
-    (place(), place(), length).prop_map(|(origin, direction, length)| Segment {
-        origin,
-        direction: direction.try_normalize().unwrap_or(Vec3::Z),
-        length,
-    })
 }
 
 fn options() -> impl Strategy<Value = BuildOptions> {

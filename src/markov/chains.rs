@@ -5,7 +5,7 @@ use super::recorded::{Mutated, PrimarySample, Recorded, Replayed};
 use super::shooter::batching;
 use super::trails::Trails;
 use crate::math::uniform::{self, Purpose};
-use crate::scene::SceneResult;
+use crate::scene::{Batching, SceneResult};
 use crate::transport::counters::Counters;
 use crate::transport::deposits::{Deposit, Deposits, PixelSums};
 use crate::transport::gather::Target;
@@ -17,6 +17,8 @@ use std::sync::Arc;
 
 /// Share of the states that may be lost at new receivers before chains start anew.
 const LOST_SHARE: f64 = 0.05;
+/// Deposits that the states of one family may hold: 256 MiB.
+const STORED_DEPOSITS: usize = 1 << 24;
 
 /// A visible walk and what it adds to the picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,14 +91,24 @@ pub struct Population {
     sums: PixelSums,
 }
 
-/// What a group of chains did in one step.
-#[derive(Default)]
+/// What a group of chains did.
 struct GroupResult {
-    deposits: Vec<Deposits>,
+    deposits: Deposits,
     counters: Counters,
     counts: ChainCounts,
     samples: u64,
 }
+
+impl GroupResult {
+    fn new(pixels: usize) -> Self {
+        let (counters, counts) = (Counters::default(), ChainCounts::default());
+        GroupResult { deposits: Deposits::new(pixels), counters, counts, samples: 0 }
+    }
+}
+
+/// States that the uniform stream gives to a group: by iteration, the chain's number within the group and
+/// its new state.
+type Replacements = Vec<Vec<(usize, Arc<State>)>>;
 
 /// Numbers each batch of a pass, so that no two draw from one stream.
 #[derive(Debug, Clone, Copy)]
@@ -161,8 +173,10 @@ impl Population {
         has_new_receivers: bool,
     ) -> SceneResult<Counters> {
         let (family, before) = (self.family, self.counts);
-        let counters = self
-            .each_group(target, clock, |group, clock| renew_group(family, group, target, clock))?;
+        let batching = batching(target, self.chains.len() as u64);
+        let counters = self.each_group(batching, clock, 1, |_, group, clock, result| {
+            renew_group(family, group, target, clock, result)
+        })?;
         let lost = (self.counts.lost_states - before.lost_states) as f64;
         let renewed = (self.counts.renewed_walks - before.renewed_walks) as f64;
         if has_new_receivers && lost > LOST_SHARE * renewed {
@@ -173,40 +187,77 @@ impl Population {
         Ok(counters)
     }
 
-    /// Replica exchange: offers the chains visible walks of the uniform stream.
-    ///
-    /// The first starts all chains, the k-th replaces a share of `1/k` of them, so that each walk offered
-    /// so far holds an equal number of chains; when there are as many walks as chains, each replaces
-    /// one. Which chains is decided by dice alone.
-    pub fn exchange(&mut self, offered: Vec<State>, rng: &mut impl Rng) {
-        let mut deposits = Deposits::new(self.sums.len());
-        let count = self.chains.len();
-        for state in offered {
-            self.offers += 1;
-            let share = count as f64 / self.offers as f64;
-            let replaced = ((share + rng.random::<f64>()) as usize).clamp(1, count);
-            let state = Arc::new(state);
-            for index in rand::seq::index::sample(rng, count, replaced) {
-                let chain = &mut self.chains[index];
-                chain.leave(&mut deposits);
-                *chain = Chain { state: Some(state.clone()), repetitions: 0, is_fresh: true };
-            }
-            self.counts.exchanges += replaced as u64;
+    /// Iterates all chains: in each iteration some are replaced by visible walks of the uniform stream
+    /// (`offered`, by iteration), the others try a mutation, and every state is a sample. All iterations
+    /// have one mutation size.
+    pub fn iterate(
+        &mut self,
+        offered: Vec<Vec<State>>,
+        dice: &mut impl Rng,
+        target: &Target,
+        clock: &mut Clock,
+    ) -> SceneResult<Counters> {
+        let iterations = offered.len();
+        if let Some(first) = offered.iter().find(|states| !states.is_empty() && self.offers == 0) {
+            self.bound_memory(first);
         }
-        self.sums.add(&[deposits], 1.0);
-    }
-
-    /// One iteration: every chain that was not replaced tries a mutation; every state is a sample.
-    pub fn mutate(&mut self, target: &Target, clock: &mut Clock) -> SceneResult<Counters> {
+        let batching = batching(target, self.chains.len() as u64);
+        let (groups, lanes) = (self.chains.len().div_ceil(batching.lanes), batching.lanes);
+        let mut replacements: Vec<Replacements> = vec![vec![Vec::new(); iterations]; groups];
+        for (iteration, states) in offered.into_iter().enumerate() {
+            self.exchange(states, dice, |chain, state| {
+                replacements[chain / lanes][iteration].push((chain % lanes, state));
+            });
+        }
         let (family, size, before) = (self.family, self.size.get(), self.counts);
-        let counters = self.each_group(target, clock, |group, clock| {
-            mutate_group(family, size, group, target, clock)
-        })?;
+        let counters =
+            self.each_group(batching, clock, iterations, |index, group, clock, result| {
+                for (iteration, replaced) in replacements[index].iter().enumerate() {
+                    replace(group, replaced, &mut result.deposits);
+                    let clock = Clock { batch: clock.batch + iteration as u64, ..clock };
+                    mutate_group(family, size, group, target, clock, result)?;
+                }
+                Ok(())
+            })?;
         self.size.adapt(
             self.counts.accepted_walks - before.accepted_walks,
             self.counts.mutated_walks - before.mutated_walks,
         );
         Ok(counters)
+    }
+
+    /// Replica exchange: offers the chains visible walks of the uniform stream and says which chain gets
+    /// which.
+    ///
+    /// The first starts all chains, the k-th replaces a share of `1/k` of them, so that each walk offered
+    /// so far holds an equal number of chains; when there are as many walks as chains, each replaces
+    /// one. Which chains is decided by dice alone.
+    fn exchange(
+        &mut self,
+        offered: Vec<State>,
+        dice: &mut impl Rng,
+        mut replace: impl FnMut(usize, Arc<State>),
+    ) {
+        let count = self.chains.len();
+        for state in offered {
+            self.offers += 1;
+            let share = count as f64 / self.offers as f64;
+            let replaced = ((share + dice.random::<f64>()) as usize).clamp(1, count);
+            let state = Arc::new(state);
+            for chain in rand::seq::index::sample(dice, count, replaced) {
+                replace(chain, state.clone());
+            }
+            self.counts.exchanges += replaced as u64;
+        }
+    }
+
+    /// Gives up chains whose states, with as many deposits each as the first ones offered, would not fit
+    /// into [`STORED_DEPOSITS`].
+    fn bound_memory(&mut self, offered: &[State]) {
+        let deposits: usize = offered.iter().map(|state| state.deposits.len()).sum();
+        if let Some(mean) = deposits.checked_div(offered.len()) {
+            self.chains.truncate((STORED_DEPOSITS / mean.max(1)).max(1));
+        }
     }
 
     /// Ends a pass: adds the mean over all samples, times the visible share, to `sums`.
@@ -224,30 +275,33 @@ impl Population {
         sums.drain(&mut self.sums, scale);
     }
 
-    /// Runs a step on all chains, a batch of lanes at a time, and adds up what the groups did in their
-    /// order.
+    /// Runs `iterations` of a step on groups of chains and adds up what they did in their order.
     fn each_group(
         &mut self,
-        target: &Target,
+        Batching { lanes, concurrent }: Batching,
         clock: &mut Clock,
-        step: impl Fn(&mut [Chain], Clock) -> SceneResult<GroupResult> + Sync,
+        iterations: usize,
+        step: impl Fn(usize, &mut [Chain], Clock, &mut GroupResult) -> SceneResult<()> + Sync,
     ) -> SceneResult<Counters> {
-        let batching = batching(target);
-        let first = clock.take(self.chains.len().div_ceil(batching.lanes) as u64);
-        let at = |index: usize| Clock { batch: first.batch + index as u64, ..first };
-        let results: Vec<GroupResult> = if batching.concurrent {
-            let groups = self.chains.par_chunks_mut(batching.lanes).enumerate();
-            groups.map(|(index, group)| step(group, at(index))).collect::<SceneResult<_>>()?
+        let groups = self.chains.len().div_ceil(lanes);
+        let first = clock.take((groups * iterations) as u64);
+        let pixels = self.sums.len();
+        let run = |(index, group): (usize, &mut [Chain])| -> SceneResult<GroupResult> {
+            let clock = Clock { batch: first.batch + (index * iterations) as u64, ..first };
+            let mut result = GroupResult::new(pixels);
+            step(index, group, clock, &mut result).map(|()| result)
+        };
+        let results: Vec<GroupResult> = if concurrent {
+            self.chains.par_chunks_mut(lanes).enumerate().map(run).collect::<SceneResult<_>>()?
         } else {
-            let groups = self.chains.chunks_mut(batching.lanes).enumerate();
-            groups.map(|(index, group)| step(group, at(index))).collect::<SceneResult<_>>()?
+            self.chains.chunks_mut(lanes).enumerate().map(run).collect::<SceneResult<_>>()?
         };
         let (mut counters, mut deposits) = (Counters::default(), Vec::new());
-        for mut result in results {
+        for result in results {
             counters.add(&result.counters);
-            deposits.append(&mut result.deposits);
             self.counts.add(&result.counts);
             self.samples += result.samples;
+            deposits.push(result.deposits);
         }
         self.sums.add(&deposits, 1.0);
         Ok(counters)
@@ -285,35 +339,44 @@ fn renew_group(
     group: &mut [Chain],
     target: &Target,
     clock: Clock,
-) -> SceneResult<GroupResult> {
-    let mut result = GroupResult::default();
+    result: &mut GroupResult,
+) -> SceneResult<()> {
     let old: Vec<_> = group
         .iter_mut()
         .filter_map(|chain| chain.state.take().map(|state| (chain, state)))
         .collect();
     if old.is_empty() {
-        return Ok(result);
+        return Ok(());
     }
     let samples = old.iter().map(|(_, state)| state.sample.as_slice()).collect();
     let (seen, counters) = trace(family, old.len(), Replayed { samples }, target, clock)?;
-    result.counters = counters;
-    result.counts.renewed_walks = old.len() as u64;
-    result.counts.lost_states = (old.len() - seen.len()) as u64;
+    result.counters.add(&counters);
+    result.counts.renewed_walks += old.len() as u64;
+    result.counts.lost_states += (old.len() - seen.len()) as u64;
     let mut chains: Vec<_> = old.into_iter().map(|(chain, _)| chain).collect();
     for (walk, state) in seen {
         chains[walk as usize].state = Some(Arc::new(state));
     }
-    Ok(result)
+    Ok(())
 }
 
+fn replace(group: &mut [Chain], replaced: &[(usize, Arc<State>)], deposits: &mut Deposits) {
+    for (chain, state) in replaced {
+        let chain = &mut group[*chain];
+        chain.leave(deposits);
+        *chain = Chain { state: Some(state.clone()), repetitions: 0, is_fresh: true };
+    }
+}
+
+/// One iteration: every chain that was not replaced tries a mutation; every state is a sample.
 fn mutate_group(
     family: Family,
     size: f32,
     group: &mut [Chain],
     target: &Target,
     clock: Clock,
-) -> SceneResult<GroupResult> {
-    let mut result = GroupResult::default();
+    result: &mut GroupResult,
+) -> SceneResult<()> {
     let mut mutants: Vec<&mut Chain> = Vec::new();
     for chain in group.iter_mut().filter(|chain| chain.state.is_some()) {
         chain.repetitions += 1;
@@ -323,7 +386,7 @@ fn mutate_group(
         }
     }
     if mutants.is_empty() {
-        return Ok(result);
+        return Ok(());
     }
     let purpose = match family {
         Family::Surface => Purpose::SurfaceMutations,
@@ -336,18 +399,16 @@ fn mutate_group(
         rng: uniform::stream(clock.seed, purpose, clock.pass, clock.batch),
     };
     let (seen, counters) = trace(family, mutants.len(), numbers, target, clock)?;
-    result.counters = counters;
-    result.counts.mutated_walks = mutants.len() as u64;
-    result.counts.accepted_walks = seen.len() as u64;
-    let mut deposits = Deposits::new(target.receivers.pixels());
+    result.counters.add(&counters);
+    result.counts.mutated_walks += mutants.len() as u64;
+    result.counts.accepted_walks += seen.len() as u64;
     for (walk, state) in seen {
         let chain = &mut *mutants[walk as usize];
         // This iteration is a sample of the new state.
         chain.repetitions -= 1;
-        chain.leave(&mut deposits);
+        chain.leave(&mut result.deposits);
         chain.state = Some(Arc::new(state));
         chain.repetitions = 1;
     }
-    result.deposits.push(deposits);
-    Ok(result)
+    Ok(())
 }

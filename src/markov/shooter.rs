@@ -4,14 +4,13 @@ use super::chains::{ChainCounts, Clock, Population, State};
 use super::recorded::Recorded;
 use super::trails::Trails;
 use crate::math::uniform::{self, Purpose};
-use crate::scene::{Batching, SceneResult};
+use crate::scene::{Batch, Batching, SceneResult};
 use crate::transport::counters::Counters;
 use crate::transport::deposits::{Deposits, PixelSums};
 use crate::transport::gather::Target;
 use crate::transport::numbers::Uniform;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::photons::UniformShooter;
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// Where the visible share is larger, `auto` shoots uniformly: a chain's states resemble one another, so
@@ -25,11 +24,12 @@ const UNIFORM_EFFORT: f64 = 0.5;
 /// each gets; but a renderer that computes a batch in one kernel wants it full.
 const ITERATIONS_ALONE: u64 = 256;
 const ITERATIONS_BY_KERNEL: u64 = 32;
+/// Iterations of a round where threads work side by side, and rounds that a pass has at least.
+const ITERATIONS_PER_ROUND: u64 = 16;
+const ROUNDS: u64 = 8;
 const CHAINS: std::ops::RangeInclusive<u64> = 64..=1 << 16;
 /// Lanes per batch where several threads work side by side: small, so that each gets some.
-const CONCURRENT_LANES: usize = 64;
-/// Deposits that the states of one family may hold: 256 MiB.
-const STORED_DEPOSITS: u64 = 1 << 24;
+const CONCURRENT_LANES: u64 = 64;
 
 /// Which families get chains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,9 +94,9 @@ struct Streams<'a> {
 
 /// A batch of the uniform stream.
 struct Offer {
-    states: PerFamily<Vec<State>>,
+    /// Visible walks by their number within the job.
+    states: PerFamily<Vec<(u64, State)>>,
     splat: Deposits,
-    visible: PerFamily<u64>,
     counters: Counters,
 }
 
@@ -176,7 +176,6 @@ impl ChainShooter {
         let mut counters = Counters::default();
         for offer in self.shoot_uniform(target, (walks / PROBE_SHARE).max(1), &mut clock)? {
             counters.add(&offer.counters);
-            counters.add_visible(offer.visible);
         }
         Ok(counters)
     }
@@ -211,14 +210,15 @@ impl ChainShooter {
         let mut splat = PixelSums::new(target.receivers.pixels());
         self.prepare(target, walks, &mut clock, &mut counters)?;
         let uniform_walks = self.uniform_walks_per_iteration().min(walks);
+        let iterations = self.iterations_per_round(target, walks, uniform_walks);
         let (mut uniform, mut mutated) = (Counters::default(), Counters::default());
         loop {
             let before = uniform.walks + mutated.walks;
             let mut sums =
                 Streams { splat: &mut splat, uniform: &mut uniform, mutated: &mut mutated };
-            self.iterate(target, uniform_walks, &mut clock, &mut sums)?;
+            self.round(target, iterations, uniform_walks, &mut clock, &mut sums)?;
             let done = uniform.walks + mutated.walks;
-            // The pass ends where another iteration like this one would overshoot by more than it adds.
+            // The pass ends where another round like this one would overshoot by more than it adds.
             if done + (done - before) / 2 >= walks {
                 break;
             }
@@ -227,15 +227,20 @@ impl ChainShooter {
         counters.add(&uniform);
         counters.add(&mutated);
         sums.drain(&mut splat, 1.0 / counters.uniform_walks as f64);
-        for family in Family::ALL {
-            if let (Mode::Metropolis, Some(population)) =
-                (self.modes[family], &mut self.populations[family])
-            {
-                let visible = counters.visible_walks[family];
-                population.end_pass(share(visible, counters.uniform_walks), sums);
-            }
+        for (family, population) in self.in_use() {
+            let visible = counters.visible_walks[family];
+            population.end_pass(share(visible, counters.uniform_walks), sums);
         }
         Ok(counters)
+    }
+
+    /// The populations of the families that have chains in this pass.
+    fn in_use(&mut self) -> impl Iterator<Item = (Family, &mut Population)> {
+        let modes = self.modes;
+        let with_chains = move |family: Family| modes[family] == Mode::Metropolis;
+        self.populations.iter_mut().filter_map(move |(family, population)| {
+            population.as_mut().filter(|_| with_chains(family)).map(|own| (family, own))
+        })
     }
 
     /// Makes populations, or renews their states under new radii and at new receivers.
@@ -247,70 +252,68 @@ impl ChainShooter {
         counters: &mut Counters,
     ) -> SceneResult<()> {
         let pixels = target.receivers.pixels();
-        for family in Family::ALL {
-            let chains = self.chain_count(family, walks, target.scene.batching().concurrent);
-            if self.modes[family] != Mode::Metropolis {
-                continue;
+        let chains = self.chain_count(walks, target.scene.batching().concurrent);
+        let (modes, has_new_receivers) = (self.modes, self.has_new_receivers);
+        for (family, population) in self.populations.iter_mut() {
+            if modes[family] == Mode::Metropolis && population.is_none() {
+                *population = Some(Population::new(family, chains as usize, pixels));
             }
-            let population = self.populations[family]
-                .get_or_insert_with(|| Population::new(family, chains as usize, pixels));
-            counters.add(&population.renew(target, clock, self.has_new_receivers)?);
+        }
+        for (_, population) in self.in_use() {
+            counters.add(&population.renew(target, clock, has_new_receivers)?);
         }
         Ok(())
     }
 
     /// As many chains as leave room for several iterations of uniform walks and of both families'
     /// mutations, unless the number is given.
-    fn chain_count(&self, family: Family, walks: u64, concurrent: bool) -> u64 {
+    fn chain_count(&self, walks: u64, concurrent: bool) -> u64 {
         let iterations = if concurrent { ITERATIONS_ALONE } else { ITERATIONS_BY_KERNEL };
-        let wanted = match self.chains {
+        match self.chains {
             0 => (walks / (3 * iterations)).clamp(*CHAINS.start(), *CHAINS.end()),
             given => given,
-        };
-        let deposits = match family {
-            Family::Surface => self.total.surface_deposits,
-            Family::Medium => self.total.medium_deposits,
-        };
-        let per_walk = deposits / self.total.walks.max(1);
-        wanted.min((STORED_DEPOSITS / per_walk.max(1)).max(1))
+        }
     }
 
     /// Fixed for the whole pass by what was before it, so that the visible share stays unbiased.
-    fn uniform_walks_per_iteration(&self) -> u64 {
-        let with_chains = Family::ALL.iter().filter(|&&f| self.modes[f] == Mode::Metropolis);
-        let chains =
-            |&family: &Family| self.populations[family].as_ref().map(Population::chain_count);
-        let chains: usize = with_chains.filter_map(chains).sum();
-        ((chains as f64 * self.balance) as u64).max(1)
+    fn uniform_walks_per_iteration(&mut self) -> u64 {
+        let balance = self.balance;
+        let chains: usize = self.in_use().map(|(_, population)| population.chain_count()).sum();
+        ((chains as f64 * balance) as u64).max(1)
+    }
+
+    /// Rounds give threads that work side by side something to do, but leave several to a pass.
+    fn iterations_per_round(&mut self, target: &Target, walks: u64, uniform_walks: u64) -> u64 {
+        if !target.scene.batching().concurrent {
+            return 1;
+        }
+        let chains: usize = self.in_use().map(|(_, population)| population.chain_count()).sum();
+        (walks / (uniform_walks + chains as u64) / ROUNDS).clamp(1, ITERATIONS_PER_ROUND)
     }
 
     // [Hachisuka 2011], all chains at once
-    fn iterate(
+    fn round(
         &mut self,
         target: &Target,
-        walks: u64,
+        iterations: u64,
+        uniform_walks: u64,
         clock: &mut Clock,
         sums: &mut Streams,
     ) -> SceneResult<()> {
-        let mut offers = self.shoot_uniform(target, walks, clock)?;
-        for offer in &offers {
-            sums.uniform.add(&offer.counters);
-            sums.uniform.add_visible(offer.visible);
-        }
-        for family in Family::ALL {
-            let (Mode::Metropolis, Some(population)) =
-                (self.modes[family], &mut self.populations[family])
-            else {
-                continue;
-            };
+        let mut offers = self.shoot_uniform(target, iterations * uniform_walks, clock)?;
+        offers.iter().for_each(|offer| sums.uniform.add(&offer.counters));
+        for (family, population) in self.in_use() {
             let purpose = match family {
                 Family::Surface => Purpose::SurfaceExchange,
                 Family::Medium => Purpose::MediumExchange,
             };
             let mut dice = uniform::stream(clock.seed, purpose, clock.pass, clock.batch);
-            let states = offers.iter_mut().flat_map(|offer| offer.states[family].drain(..));
-            population.exchange(states.collect(), &mut dice);
-            sums.mutated.add(&population.mutate(target, clock)?);
+            let mut offered = vec![Vec::new(); iterations as usize];
+            for (walk, state) in offers.iter_mut().flat_map(|offer| offer.states[family].drain(..))
+            {
+                offered[(walk / uniform_walks) as usize].push(state);
+            }
+            sums.mutated.add(&population.iterate(offered, &mut dice, target, clock)?);
         }
         let deposits: Vec<Deposits> = offers.into_iter().map(|offer| offer.splat).collect();
         sums.splat.add(&deposits, 1.0);
@@ -324,22 +327,14 @@ impl ChainShooter {
         walks: u64,
         clock: &mut Clock,
     ) -> SceneResult<Vec<Offer>> {
-        let Batching { lanes, concurrent } = batching(target);
-        let lanes = (lanes as u64).min(walks);
-        let batches = walks.div_ceil(lanes);
-        let first = clock.take(batches);
-        let run = |batch: u64| {
-            let count = lanes.min(walks - batch * lanes) as usize;
-            self.offer(target, count, Clock { batch: first.batch + batch, ..first })
-        };
-        if concurrent {
-            (0..batches).into_par_iter().map(run).collect()
-        } else {
-            (0..batches).map(run).collect()
-        }
+        let batching = batching(target, walks);
+        let first = clock.take(batching.count(walks));
+        batching.run_all(walks, |batch| {
+            self.offer(target, batch, Clock { batch: first.batch + batch.number, ..first })
+        })
     }
 
-    fn offer(&self, target: &Target, walks: usize, clock: Clock) -> SceneResult<Offer> {
+    fn offer(&self, target: &Target, batch: Batch, clock: Clock) -> SceneResult<Offer> {
         let stream = |purpose| uniform::stream(clock.seed, purpose, clock.pass, clock.batch);
         let mut numbers = Recorded::new(Uniform(stream(Purpose::Photons)));
         let mut tables = stream(Purpose::PhotonTables);
@@ -350,15 +345,19 @@ impl ChainShooter {
         let pixels = target.receivers.pixels();
         let sink = || Trails::new(has_chains, pixels);
         let (mut trails, mut counters) =
-            target.shoot(walks, &mut numbers, &mut tables, wanted, sink)?;
-        counters.uniform_walks = walks as u64;
-        let states = PerFamily::from_fn(|family| -> Vec<State> {
-            let state = |(walk, deposits)| State { sample: numbers.of_walk(walk), deposits };
+            target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, sink)?;
+        let states = PerFamily::from_fn(|family| -> Vec<(u64, State)> {
+            let state = |(walk, deposits)| {
+                let sample = numbers.of_walk(walk);
+                (batch.first + u64::from(walk), State { sample, deposits })
+            };
             trails.take(family).into_iter().map(state).collect()
         });
-        let (splat, splatted) = trails.into_splat();
-        let visible = PerFamily::from_fn(|family| splatted[family] + states[family].len() as u64);
-        Ok(Offer { states, splat, visible, counters })
+        let splat = trails.into_splat();
+        counters.uniform_walks = counters.walks;
+        counters.add_visible(splat.visible_walks());
+        counters.add_visible(PerFamily::from_fn(|family| states[family].len() as u64));
+        Ok(Offer { states, splat: splat.deposits, counters })
     }
 }
 
@@ -373,11 +372,15 @@ fn balance(uniform: &Counters, mutated: &Counters) -> f64 {
     (UNIFORM_EFFORT * cost(mutated) / cost(uniform).max(1.0)).max(UNIFORM_EFFORT)
 }
 
-/// How chains like their batches.
-pub(super) fn batching(target: &Target) -> Batching {
+/// How a job of `walks` likes its batches: where threads work side by side, of equal size, so that none
+/// waits long for another.
+pub(super) fn batching(target: &Target, walks: u64) -> Batching {
     let Batching { lanes, concurrent } = target.scene.batching();
-    let lanes = if concurrent { lanes.min(CONCURRENT_LANES) } else { lanes };
-    Batching { lanes, concurrent }
+    if !concurrent {
+        return Batching { lanes, concurrent };
+    }
+    let batches = walks.div_ceil(CONCURRENT_LANES).max(1);
+    Batching { lanes: walks.div_ceil(batches).max(1) as usize, concurrent }
 }
 
 fn visible_share(counters: &Counters) -> PerFamily<f64> {

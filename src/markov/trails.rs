@@ -1,20 +1,19 @@
 //! Deposits kept by walk, for as long as a chain may have to repeat them.
 
-use crate::transport::deposits::{Deposit, Deposits, Sink};
+use crate::transport::deposits::{Deposit, Sink};
 use crate::transport::photon::{Family, PerFamily};
+use crate::transport::splat::Splat;
 
 /// Deposits of the families that have chains, by walk; those of the others are splatted.
 pub struct Trails {
     has_chains: PerFamily<bool>,
     trails: PerFamily<Vec<(u32, Deposit)>>,
-    splat: Deposits,
-    splat_seen: PerFamily<Vec<u32>>,
+    splat: Splat,
 }
 
 impl Trails {
     pub fn new(has_chains: PerFamily<bool>, pixels: usize) -> Self {
-        let (trails, splat_seen) = (PerFamily::default(), PerFamily::default());
-        Trails { has_chains, trails, splat: Deposits::new(pixels), splat_seen }
+        Trails { has_chains, trails: PerFamily::default(), splat: Splat::new(pixels) }
     }
 
     /// Takes out the walks that added something in a family with chains, ascending, each with its
@@ -28,15 +27,9 @@ impl Trails {
             .collect()
     }
 
-    /// The deposits of families without chains, and how many walks they came from.
-    pub fn into_splat(mut self) -> (Deposits, PerFamily<u64>) {
-        let seen = PerFamily::from_fn(|family| {
-            let walks = &mut self.splat_seen[family];
-            walks.sort_unstable();
-            walks.dedup();
-            walks.len() as u64
-        });
-        (self.splat, seen)
+    /// The deposits of families without chains.
+    pub fn into_splat(self) -> Splat {
+        self.splat
     }
 }
 
@@ -44,11 +37,8 @@ impl Sink for Trails {
     fn push(&mut self, walk: u32, family: Family, deposit: Deposit) {
         if self.has_chains[family] {
             self.trails[family].push((walk, deposit));
-            return;
-        }
-        self.splat.push(deposit);
-        if self.splat_seen[family].last() != Some(&walk) {
-            self.splat_seen[family].push(walk);
+        } else {
+            self.splat.push(walk, family, deposit);
         }
     }
 
@@ -56,7 +46,6 @@ impl Sink for Trails {
         self.splat.append(other.splat);
         for family in Family::ALL {
             self.trails[family].append(&mut other.trails[family]);
-            self.splat_seen[family].append(&mut other.splat_seen[family]);
         }
     }
 }

@@ -4,6 +4,7 @@ mod aabb;
 mod approach;
 mod rgb;
 mod segment;
+pub mod srgb;
 pub mod uniform;
 
 pub use aabb::Aabb;

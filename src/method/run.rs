@@ -105,12 +105,7 @@ pub struct Pass<'a, R> {
 
 impl<R: AsRef<ViewPaths>> Pass<'_, R> {
     pub fn pairs(&self) -> Pairs<'_> {
-        Pairs {
-            paths: self.receivers.as_ref(),
-            media: &self.scene.description().media,
-            radii: self.radii,
-            limits: self.parameters.limits,
-        }
+        Pairs::new(self.scene, self.receivers.as_ref(), self.radii, self.parameters.limits)
     }
 
     /// Shoots the pass's photons and keeps them.
@@ -240,6 +235,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let stats = Stats {
             parameters: self.parameters.clone(),
             passes: self.passes,
+            threads: rayon::current_num_threads(),
             seconds: self.start.elapsed().as_secs_f64(),
             phase_seconds: self.seconds,
             initial_radii: self.initial_radii,

@@ -24,6 +24,8 @@ pub struct Stats {
     /// As they were in force: the scene's, the command line's and the defaults.
     pub parameters: Parameters,
     pub passes: u32,
+    /// Threads that the engine worked with.
+    pub threads: usize,
     pub seconds: f64,
     pub phase_seconds: PhaseSeconds,
     pub initial_radii: Radii,

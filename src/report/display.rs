@@ -1,6 +1,7 @@
 //! Linear pictures as bytes that a screen shows.
 
 use super::picture::Picture;
+use crate::math::srgb;
 use image::{ImageFormat, RgbImage};
 use std::io::Cursor;
 
@@ -42,7 +43,8 @@ impl Exposure {
     /// The picture with the sRGB transfer curve.
     pub fn show(self, picture: &Picture) -> RgbImage {
         to_image(picture, |index| {
-            self.expose(picture.pixels[index]).map(|value| (srgb(value) * 255.0).round() as u8)
+            self.expose(picture.pixels[index])
+                .map(|value| (srgb::encode(value) * 255.0).round() as u8)
         })
     }
 }
@@ -75,15 +77,6 @@ pub fn png(image: &RgbImage) -> Vec<u8> {
 /// Rec. 709 luminance.
 pub fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
-}
-
-/// The sRGB transfer curve. [IEC 61966-2-1]
-fn srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
 }
 
 fn to_image(picture: &Picture, byte: impl Fn(usize) -> [u8; 3]) -> RgbImage {

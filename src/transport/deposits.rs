@@ -7,6 +7,8 @@ use rayon::prelude::*;
 /// Pixels are added up in this many independent shares, so that the order of additions within a pixel
 /// does not depend on the number of threads.
 const SHARES: usize = 32;
+/// Fewer deposits than this are added up sooner than other threads wake up.
+const ADDED_ALONE: usize = 8192;
 
 /// What one photon adds to one pixel: radiance times the number of emitted walks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,15 +94,21 @@ impl PixelSums {
     /// Adds batches in their order, each pixel by one task.
     pub fn add(&mut self, batches: &[Deposits], scale: f64) {
         let Some(first) = batches.first() else { return };
-        self.sums.par_chunks_mut(first.pixels_per_share).enumerate().for_each(|(share, sums)| {
-            let start = share * first.pixels_per_share;
+        let pixels = first.pixels_per_share;
+        let add = |(share, sums): (usize, &mut [[f64; 3]])| {
+            let start = share * pixels;
             for deposit in batches.iter().flat_map(|batch| &batch.shares[share]) {
                 let sum = &mut sums[deposit.pixel as usize - start];
                 sum[0] += f64::from(deposit.radiance.r) * scale;
                 sum[1] += f64::from(deposit.radiance.g) * scale;
                 sum[2] += f64::from(deposit.radiance.b) * scale;
             }
-        });
+        };
+        if batches.iter().map(Deposits::count).sum::<usize>() < ADDED_ALONE {
+            self.sums.chunks_mut(pixels).enumerate().for_each(add);
+        } else {
+            self.sums.par_chunks_mut(pixels).enumerate().for_each(add);
+        }
     }
 
     /// Adds other sums, scaled, and sets them to zero.

@@ -7,6 +7,7 @@ use super::pairs::{Gathered, Pairs};
 use super::photon::{self, Event};
 use super::photon_beam::{BeamKind, PhotonBeams};
 use super::receivers::Receivers;
+use super::walks::Walks;
 use crate::density::radius::Radii;
 use crate::scene::*;
 use crate::transport::photon::PerFamily;
@@ -46,28 +47,15 @@ impl Target<'_> {
         sink: impl Fn() -> S + Sync,
     ) -> SceneResult<(S, Counters)> {
         let mut total = sink();
-        let mut counters = Counters { walks: walks as u64, ..Counters::default() };
-        let (mut planes, mut alive) = (Vec::new(), Vec::new());
         let beams = matches!(self.particles, Particles::Beams(_)) && wanted.medium;
-        let segments = beams.then(PhotonSegments::default);
-        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
-        numbers.emission(walks, &mut planes);
-        let mut photons = self.scene.emit(walks, &planes, self.limits)?;
-        for step in 0.. {
-            let lanes = photons.lanes();
-            if lanes == 0 {
-                break;
-            }
-            if N::KNOWS_WALKS {
-                photons.alive(&mut alive)?;
-            }
-            numbers.step(step, &alive, lanes, &mut planes);
-            photons.step(&planes, &mut vertices)?;
-            counters.segments += lanes as u64;
-            let (part, counts) = self.gather(&vertices, tables, wanted, &sink)?;
+        let walks =
+            Walks { scene: self.scene, limits: self.limits, count: walks, with_segments: beams };
+        let counters = walks.trace(numbers, |vertices, counters| {
+            let (part, counts) = self.gather(vertices, tables, wanted, &sink)?;
             total.append(part);
             counters.add(&counts);
-        }
+            Ok(())
+        })?;
         Ok((total, counters))
     }
 
@@ -85,7 +73,8 @@ impl Target<'_> {
             }
             _ => PhotonBeams::default(),
         };
-        let query = Query { target: self, pairs: self.pairs(), wanted, beams: &beams };
+        let pairs = Pairs::new(self.scene, &self.receivers.paths, self.radii, self.limits);
+        let query = Query { target: self, pairs, wanted, beams: &beams };
         let lanes = vertices.event.len();
         let points = (0..lanes).step_by(VERTICES_PER_TASK).map(Task::Vertices);
         let lines = (0..beams.beams.len()).step_by(VERTICES_PER_TASK).map(Task::Beams);
@@ -102,15 +91,6 @@ impl Target<'_> {
             counters.add(&counts);
         }
         Ok((total, counters))
-    }
-
-    fn pairs(&self) -> Pairs<'_> {
-        Pairs {
-            paths: &self.receivers.paths,
-            media: &self.scene.description().media,
-            radii: self.radii,
-            limits: self.limits,
-        }
     }
 }
 
@@ -163,13 +143,9 @@ impl Query<'_> {
     }
 
     fn vertex<S: Sink>(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered<S>) {
-        if photon::ended_invalid(v, lane) {
-            out.counters.dropped_photons += 1;
-        }
         let Target { receivers, particles, .. } = self.target;
         let paths = self.pairs.paths;
-        match photon::event(v, lane) {
-            Event::Invalid => out.counters.dropped_photons += 1,
+        match photon::event(v, lane, &mut out.counters.dropped_photons) {
             Event::Medium(p) if self.wanted.medium && *particles == Particles::Points => {
                 out.counters.medium_photons += 1;
                 receivers.beam_tree.query(p.position, self.pairs.radii.medium, |index, t, _| {

@@ -12,6 +12,8 @@ pub mod photon_beam;
 pub mod photon_map;
 pub mod photons;
 pub mod receivers;
+pub mod splat;
 pub mod store;
 pub mod tabulate;
 pub mod view;
+pub mod walks;

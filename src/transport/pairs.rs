@@ -66,7 +66,16 @@ impl<S: Sink> Gathered<S> {
     }
 }
 
-impl Pairs<'_> {
+impl<'a> Pairs<'a> {
+    pub fn new(
+        scene: &'a dyn Scene,
+        paths: &'a ViewPaths,
+        radii: Radii,
+        limits: PathLimits,
+    ) -> Self {
+        Pairs { paths, media: &scene.description().media, radii, limits }
+    }
+
     fn within_depth(&self, view: u32, photon: u32) -> bool {
         // Scattering here counts once, and a path keeps fewer than `max_depth` scattering events.
         view.saturating_add(photon).saturating_add(2) <= self.limits.max_depth
@@ -87,7 +96,7 @@ impl Pairs<'_> {
         let tr = self.paths.beam_transmittance(beam, self.media, t);
         let weighted = beam.throughput * tr * photon.flux * kernel::disk(self.radii.medium);
         let pending = Pending { walk: photon.walk, pixel: beam.pixel, weighted };
-        self.scatter(photon.position, photon.direction, beam, None, pending, out);
+        self.scatter(photon.position, photon.direction, beam, Some(Rgb::ONE), pending, out);
     }
 
     /// A photon beam that comes within the radius of a view beam; `tables` are those of photon beams.
@@ -112,27 +121,25 @@ impl Pairs<'_> {
             weighted: beam.throughput * tr * flux * weight,
         };
         let position = photon.segment.at(approach.t_other);
-        let scattering = Some(self.media[photon.medium as usize].scattering);
-        self.scatter(position, photon.segment.direction, beam, scattering, pending, out);
+        let sigma_s = self.media[photon.medium as usize].scattering;
+        self.scatter(position, photon.segment.direction, beam, sigma_s, pending, out);
     }
 
-    /// Applies phase function and, where the photon does not hold it, `sigma_s`; asks for what only the
-    /// scene knows.
+    /// Applies the phase function and what the photon does not hold of `sigma_s`; asks for what only the
+    /// scene knows (None).
     fn scatter<S: Sink>(
         &self,
         position: Vec3,
         photon: Vec3,
         beam: &BeamRecord,
-        scattering: Option<Option<Rgb>>,
+        sigma_s: Option<Rgb>,
         mut pending: Pending,
         out: &mut Gathered<S>,
     ) {
         let view = beam.segment.direction;
         let phase = self.phase(beam.medium, -photon.dot(view));
-        let owes_scattering = scattering == Some(None);
-        let sigma_s = scattering.flatten().unwrap_or(Rgb::ONE);
-        pending.weighted = pending.weighted * sigma_s * phase.unwrap_or(1.0);
-        let owes_phase = phase.is_none();
+        pending.weighted = pending.weighted * sigma_s.unwrap_or(Rgb::ONE) * phase.unwrap_or(1.0);
+        let (owes_phase, owes_scattering) = (phase.is_none(), sigma_s.is_none());
         let medium = beam.medium;
         let pair = MediumPair { medium, position, photon, view, owes_phase, owes_scattering };
         out.keep_or_ask(pair, pending);

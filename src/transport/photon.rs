@@ -27,6 +27,10 @@ impl<T> PerFamily<T> {
         PerFamily { surface: f(Family::Surface), medium: f(Family::Medium) }
     }
 
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (Family, &mut T)> {
+        [(Family::Surface, &mut self.surface), (Family::Medium, &mut self.medium)].into_iter()
+    }
+
     pub fn as_ref(&self) -> PerFamily<&T> {
         PerFamily { surface: &self.surface, medium: &self.medium }
     }
@@ -80,26 +84,22 @@ pub struct SurfacePhoton {
 #[derive(Debug, Clone, Copy)]
 pub enum Event {
     Nothing,
-    /// Flux or position is not a number.
-    Invalid,
     Medium(MediumPhoton),
     Surface(SurfacePhoton),
 }
 
-/// Whether the walk ended here because its flux was no longer finite.
-pub fn ended_invalid(v: &PhotonVertices, lane: usize) -> bool {
-    v.event[lane] & photon_event::INVALID != 0
-}
-
-/// The photon at the end of a lane's segment.
-pub fn event(v: &PhotonVertices, lane: usize) -> Event {
+/// The photon at the end of a lane's segment. Walks that end here because their flux is no longer
+/// finite, and photons that are not, add to `dropped`.
+pub fn event(v: &PhotonVertices, lane: usize, dropped: &mut u64) -> Event {
+    *dropped += u64::from(v.event[lane] & photon_event::INVALID != 0);
     let event = v.event[lane] & !photon_event::INVALID;
     if event == photon_event::NONE {
         return Event::Nothing;
     }
     let (position, flux) = (v.position.get(lane), v.flux.rgb(lane));
     if !flux.is_finite() || !position.is_finite() {
-        return Event::Invalid;
+        *dropped += 1;
+        return Event::Nothing;
     }
     let (direction, depth, walk) = (v.direction.get(lane), v.depth[lane], v.walk[lane]);
     if event == photon_event::MEDIUM {

@@ -2,12 +2,12 @@
 
 use super::counters::Counters;
 use super::gather::Particles;
-use super::numbers::{Numbers, Uniform};
+use super::numbers::Uniform;
 use super::photon::{self, Event, MediumPhoton, SurfacePhoton};
 use super::photon_beam::PhotonBeams;
+use super::walks::Walks;
 use crate::math::uniform::{self, Purpose};
-use crate::scene::*;
-use rayon::prelude::*;
+use crate::scene::{Batch, PathLimits, PhotonVertices, Scene, SceneResult};
 
 /// Photons of one pass. Media hold points or beams, never both.
 #[derive(Debug, Default)]
@@ -29,72 +29,47 @@ pub struct Storage<'a> {
 impl Storage<'_> {
     /// Shoots the walks of one pass.
     pub fn shoot(&self, pass: u64, walks: u64) -> SceneResult<(StoredPhotons, Counters)> {
-        let Batching { lanes, concurrent } = self.scene.batching();
-        let lanes = (lanes as u64).min(walks);
-        let run = |batch: u64| {
-            let count = lanes.min(walks - batch * lanes) as usize;
-            self.shoot_batch(pass, batch, count)
-        };
-        let batches = walks.div_ceil(lanes);
-        let parts: Vec<_> = if concurrent {
-            (0..batches).into_par_iter().map(run).collect::<SceneResult<_>>()?
-        } else {
-            (0..batches).map(run).collect::<SceneResult<_>>()?
-        };
+        let batching = self.scene.batching();
+        let parts = batching.run_all(walks, |batch| self.shoot_batch(pass, batch))?;
         let (mut stored, mut counters) = (StoredPhotons::default(), Counters::default());
         for (part, counts) in parts {
             stored.append(part);
             counters.add(&counts);
         }
+        counters.uniform_walks = counters.walks;
         Ok((stored, counters))
     }
 
-    fn shoot_batch(
-        &self,
-        pass: u64,
-        batch: u64,
-        walks: usize,
-    ) -> SceneResult<(StoredPhotons, Counters)> {
-        let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch);
+    fn shoot_batch(&self, pass: u64, batch: Batch) -> SceneResult<(StoredPhotons, Counters)> {
+        let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch.number);
         let mut numbers = Uniform(stream(Purpose::Photons));
         let mut tables = stream(Purpose::PhotonTables);
-        let (mut stored, mut planes) = (StoredPhotons::default(), Vec::new());
-        let mut counters =
-            Counters { walks: walks as u64, uniform_walks: walks as u64, ..Counters::default() };
-        let segments = matches!(self.particles, Particles::Beams(_)).then(Default::default);
-        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
-        numbers.emission(walks, &mut planes);
-        let mut photons = self.scene.emit(walks, &planes, self.limits)?;
-        for step in 0.. {
-            let lanes = photons.lanes();
-            if lanes == 0 {
-                break;
-            }
-            numbers.step(step, &[], lanes, &mut planes);
-            photons.step(&planes, &mut vertices)?;
-            counters.segments += lanes as u64;
+        let mut stored = StoredPhotons::default();
+        let walks = Walks {
+            scene: self.scene,
+            limits: self.limits,
+            count: batch.lanes,
+            with_segments: matches!(self.particles, Particles::Beams(_)),
+        };
+        let counters = walks.trace(&mut numbers, |vertices, counters| {
             if let Particles::Beams(kind) = self.particles {
-                let beams = PhotonBeams::of_vertices(kind, self.scene, &vertices, &mut tables)?;
+                let beams = PhotonBeams::of_vertices(kind, self.scene, vertices, &mut tables)?;
                 stored.beams.append(beams);
             }
-            self.keep(&vertices, &mut stored, &mut counters);
-        }
+            self.keep(vertices, &mut stored, counters);
+            Ok(())
+        })?;
         Ok((stored, counters))
     }
 
     fn keep(&self, v: &PhotonVertices, stored: &mut StoredPhotons, counters: &mut Counters) {
         for lane in 0..v.event.len() {
-            if photon::ended_invalid(v, lane) {
-                counters.dropped_photons += 1;
-            }
-            match photon::event(v, lane) {
-                Event::Nothing => {}
-                Event::Invalid => counters.dropped_photons += 1,
+            match photon::event(v, lane, &mut counters.dropped_photons) {
                 Event::Surface(photon) => stored.on_surfaces.push(photon),
                 Event::Medium(photon) if self.particles == Particles::Points => {
                     stored.in_media.push(photon);
                 }
-                Event::Medium(_) => {}
+                Event::Medium(_) | Event::Nothing => {}
             }
         }
     }

@@ -8,7 +8,6 @@ use crate::transport::tabulate::{tabulate, Crossing};
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 
 /// Beyond this optical depth (transmittance 1e-9) a view beam shows nothing that a pixel could hold.
 const OPAQUE_DEPTH: f32 = 20.7;
@@ -88,19 +87,11 @@ pub fn trace(
     jitter: u64,
 ) -> SceneResult<ViewPaths> {
     let [width, height] = scene.description().film_size;
-    let pixels = width as usize * height as usize;
-    let Batching { lanes, concurrent } = scene.batching();
-    let run = |batch: usize| -> SceneResult<ViewPaths> {
-        let first = batch * lanes;
-        let rng = uniform::stream(seed, uniform::Purpose::ViewRays, jitter, batch as u64);
-        Tracer::new(scene, limits, first, lanes.min(pixels - first), rng).trace()
-    };
-    let batches = 0..pixels.div_ceil(lanes);
-    let traced: Vec<ViewPaths> = if concurrent {
-        batches.into_par_iter().map(run).collect::<SceneResult<_>>()?
-    } else {
-        batches.map(run).collect::<SceneResult<_>>()?
-    };
+    let pixels = u64::from(width) * u64::from(height);
+    let traced = scene.batching().run_all(pixels, |batch| {
+        let rng = uniform::stream(seed, uniform::Purpose::ViewRays, jitter, batch.number);
+        Tracer::new(scene, limits, batch.first as usize, batch.lanes, rng).trace()
+    })?;
     let mut paths = ViewPaths::default();
     for batch in traced {
         paths.append(batch);

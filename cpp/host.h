@@ -44,6 +44,7 @@ public:
         auto block = const_cast<Film *>(film)->create_block();
         out.film_channels = block->channel_count();
         out.film_pixels = block->width() * block->height();
+        out.film_width = block->width();
         out.media = m_tables.media().data();
         out.media_count = (uint32_t) m_tables.media().size();
         auto bounds = m_scene->bbox();

@@ -32,6 +32,12 @@ public:
         m_parameters.max_depth = props.get<int64_t>("max_depth", -1);
         m_parameters.rr_depth = props.get<int64_t>("rr_depth", 5);
         m_parameters.hide_emitters = m_hide_emitters;
+        m_parameters.estimate_error = props.get<bool>("estimate_error", true);
+        m_parameters.target_error = props.get<ScalarFloat>("target_error", 0.f);
+        m_error_image = props.get<bool>("error_image", false);
+        if (m_error_image && !m_parameters.estimate_error)
+            Throw("vpt: error_image is true, but estimate_error is false, so there would be nothing to see; set "
+                  "estimate_error to true");
         m_parameters.timeout = m_timeout;
         VptParameters parameters = bound_parameters();
         char error[1024];
@@ -66,12 +72,20 @@ public:
         std::vector<double> storage((size_t) description.film_pixels * description.film_channels);
         vpt::RenderWatch watch([this] { return should_stop(); });
         VptObserver observer = watch.table();
+        std::vector<float> error_image(m_error_image ? 3 * (size_t) description.film_pixels : 0);
         char error[4096];
-        if (vpt_render(&table, &parameters, &observer, storage.data(), storage.size(), error, sizeof(error)) != 0)
+        if (vpt_render(&table, &parameters, &observer, storage.data(), storage.size(),
+                       m_error_image ? error_image.data() : nullptr, error, sizeof(error)) != 0)
             Throw("vpt: %s", error);
 
-        put(film, storage);
+        if (m_error_image)
+            film->prepare(aov_names());
+        put(film, storage, description.film_channels, error_image);
         return develop ? film->develop() : TensorXf();
+    }
+
+    std::vector<std::string> aov_names() const override {
+        return m_error_image ? std::vector<std::string>{ "error.R", "error.G", "error.B" } : std::vector<std::string>();
     }
 
     std::string to_string() const override {
@@ -92,10 +106,18 @@ public:
     MI_DECLARE_CLASS(VptIntegrator)
 
 private:
-    static void put(Film *film, const std::vector<double> &storage) {
+    // The film divides all channels by the weight, the last of the engine's.
+    static void put(Film *film, const std::vector<double> &storage, size_t channels,
+                    const std::vector<float> &error_image) {
         ref<ImageBlock> block = film->create_block();
         block->set_offset(film->crop_offset());
-        std::vector<float> values(storage.begin(), storage.end());
+        std::vector<float> values;
+        for (size_t pixel = 0; pixel < storage.size() / channels; ++pixel) {
+            const double *sums = storage.data() + pixel * channels;
+            values.insert(values.end(), sums, sums + channels);
+            for (size_t channel = 0; channel < 3 && !error_image.empty(); ++channel)
+                values.push_back(error_image[3 * pixel + channel] * (float) sums[channels - 1]);
+        }
         auto &array = block->tensor().array();
         array = dr::load<std::decay_t<decltype(array)>>(values.data(), values.size());
         film->put_block(block);
@@ -103,6 +125,7 @@ private:
 
     std::string m_method, m_radius_schedule, m_shooting, m_photon_beams;
     VptParameters m_parameters;
+    bool m_error_image;
 };
 
 NAMESPACE_END(mitsuba)

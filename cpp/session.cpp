@@ -45,7 +45,9 @@ const Parameter PARAMETERS[] = {
     { "radius_schedule", Kind::Text, false },  { "shooting", Kind::Text, false },
     { "photon_beams", Kind::Text, false },     { "chains", Kind::Integer, false },
     { "max_depth", Kind::Integer, true },      { "rr_depth", Kind::Integer, true },
-    { "hide_emitters", Kind::Boolean, true },  { "timeout", Kind::Number, true },
+    { "hide_emitters", Kind::Boolean, true },  { "estimate_error", Kind::Boolean, false },
+    { "target_error", Kind::Number, false },   { "error_image", Kind::Boolean, false },
+     { "timeout", Kind::Number, true },
 };
 
 // Threads asked for; 0 for all.

@@ -73,6 +73,9 @@ typedef struct VptParameters {
   int64_t max_depth;
   int64_t rr_depth;
   uint32_t hide_emitters;
+  uint32_t estimate_error;
+  // 0 for none.
+  double target_error;
   uint64_t seed;
   // Seconds; not positive for none.
   double timeout;
@@ -109,6 +112,7 @@ typedef struct VptDescription {
   int32_t film_offset[2];
   uint32_t film_channels;
   uint32_t film_pixels;
+  uint32_t film_width;
   const struct VptMedium *media;
   uint32_t media_count;
   float bounds_min[3];
@@ -253,6 +257,18 @@ typedef struct VptShooting {
   float mutation_size;
 } VptShooting;
 
+// How far the picture is off; see `film::error::ErrorEstimate`.
+typedef struct VptError {
+  double relative;
+  double noise;
+  double bias;
+  double noise_decay;
+  double bias_decay;
+  double correlation;
+  // 0 while nothing is known.
+  uint32_t jitters;
+} VptError;
+
 // The state of a render between two passes.
 typedef struct VptProgress {
   uint32_t passes_done;
@@ -263,6 +279,7 @@ typedef struct VptProgress {
   double seconds;
   struct VptShooting surface_shooting;
   struct VptShooting medium_shooting;
+  struct VptError error;
 } VptProgress;
 
 // Watches a render.
@@ -291,17 +308,19 @@ int32_t vpt_check_parameters(const struct VptParameters *parameters,
                              char *error,
                              size_t error_size);
 
-// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Returns 0, or 1 with
-// one sentence in `error`.
+// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Writes the estimated
+// standard error of red, green and blue of every film pixel to `error_image`, unless that is null; zeros
+// where nothing is known. Returns 0, or 1 with one sentence in `error`.
 //
 // # Safety
-// All pointers must be valid for the call; `storage` must hold `storage_size` values; the callbacks of
-// `host` and `observer` must keep the promises of this page.
+// All pointers must be valid for the call; `storage` must hold `storage_size` values and `error_image`
+// three per film pixel; the callbacks of `host` and `observer` must keep the promises of this page.
 int32_t vpt_render(const struct VptHost *host,
                    const struct VptParameters *parameters,
                    const struct VptObserver *observer,
                    double *storage,
                    size_t storage_size,
+                   float *error_image,
                    char *error,
                    size_t error_size);
 

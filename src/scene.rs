@@ -92,9 +92,11 @@ pub struct SceneDescription {
     pub film_size: [u32; 2],
     /// Film coordinates of that grid's first pixel (negative where the filter needs a border).
     pub film_offset: [i32; 2],
-    /// Floats per pixel of the film's storage and the number of its pixels, for [`Scene::splat`].
+    /// Floats per pixel of the film's storage (red, green and blue first, the weight last), the number of
+    /// its pixels and of those in a row, for [`Scene::splat`].
     pub film_channels: u32,
     pub film_pixels: u32,
+    pub film_width: u32,
     pub media: Vec<Medium>,
     /// Bounds of everything that a ray can hit.
     pub bounds: Aabb,

@@ -151,6 +151,7 @@ fn describe(contents: &Contents, emitters: usize) -> SceneDescription {
         film_offset: [0, 0],
         film_channels: FILM_CHANNELS as u32,
         film_pixels: film_size[0] * film_size[1],
+        film_width: film_size[0],
         media: media.map(|(index, fog)| disclose(index, fog, contents.disclosure)).collect(),
         bounds,
         emitter_count: emitters as u32,

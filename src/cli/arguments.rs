@@ -39,13 +39,18 @@ pub struct RenderArguments {
     /// Method, instead of the scene's
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
-    /// Photon passes [default: the samples per pixel of the scene's sampler]
+    /// Photon passes [default: the samples per pixel of the scene's sampler; without end if --target-error
+    /// is given]
     #[arg(long, value_name = "N", allow_negative_numbers = true,
           value_parser = clap::value_parser!(u32).range(1..))]
     pub passes: Option<u32>,
     /// Wall time after which no new pass starts
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub timeout: Option<f64>,
+    /// Estimated relative error at which the render ends (0.01 is 1 %); --passes and --timeout may end it
+    /// before
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    pub target_error: Option<f64>,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
     pub seed: u32,
@@ -197,6 +202,7 @@ mod tests {
             (&["s.xml", "--seed", "-1"], "--seed"),
             (&["s.xml", "--sensor", "-1"], "--sensor"),
             (&["s.xml", "--timeout", "soon"], "--timeout"),
+            (&["s.xml", "--target-error", "low"], "--target-error"),
             (&["s.xml", "-v", "-q"], "--quiet"),
             (&[], "<SCENE>"),
         ] {

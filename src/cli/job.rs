@@ -1,6 +1,7 @@
 //! Arguments that were found to make sense, and what can be wrong with them.
 
 use super::arguments::RenderArguments;
+use super::goal::{Goal, OPEN_PASSES};
 use super::target::{Target, TargetError};
 use std::fs::File;
 use std::io;
@@ -13,11 +14,12 @@ use vpt::method::{Method, ParameterError};
 const EXTENSIONS: [&str; 8] = ["exr", "png", "jpg", "jpeg", "hdr", "rgbe", "pfm", "ppm"];
 
 /// Parameters that have an option of their own: with `--set` they would be said twice.
-const OPTIONS_OF_PARAMETERS: [(&str, &str); 5] = [
+const OPTIONS_OF_PARAMETERS: [(&str, &str); 6] = [
     ("method", "--method"),
     ("passes", "--passes"),
     ("spp", "--passes"),
     ("timeout", "--timeout"),
+    ("target_error", "--target-error"),
     ("seed", "--seed"),
 ];
 
@@ -27,6 +29,7 @@ pub struct RenderJob {
     pub picture: Target,
     pub stats: Option<Target>,
     pub passes: Option<u32>,
+    pub goal: Goal,
     pub seed: u32,
     pub threads: Option<usize>,
     pub variant: Option<String>,
@@ -59,6 +62,8 @@ pub enum JobError {
     Method(ParameterError),
     #[error("--timeout is {0}, but must be a number of seconds above 0")]
     Timeout(f64),
+    #[error("--target-error is {0}, but must be a number above 0 and below 1 (0.01 is 1 %)")]
+    TargetError(f64),
     #[error(
         "the variant \"{0}\" does not suit vpt, which computes in single-precision RGB; use one \
          of: {known}",
@@ -86,9 +91,15 @@ impl RenderJob {
         if let Some(seconds) = arguments.timeout {
             check_timeout(seconds)?;
         }
+        if let Some(error) = arguments.target_error {
+            check_target_error(error)?;
+        }
         if let Some(variant) = &arguments.variant {
             check_variant(variant)?;
         }
+        let goal = Goal { timeout: arguments.timeout, target_error: arguments.target_error };
+        let mut settings = arguments.settings;
+        settings.extend(goal.target_error.map(|e| ("target_error".to_owned(), e.to_string())));
         let picture = check_picture(arguments.output, &arguments.scene)?;
         let stats = arguments
             .stats
@@ -100,11 +111,12 @@ impl RenderJob {
                 defines: arguments.defines,
                 method: arguments.method,
                 timeout: arguments.timeout,
-                settings: arguments.settings,
+                settings,
             },
             picture,
             stats,
-            passes: arguments.passes,
+            passes: arguments.passes.or(goal.target_error.map(|_| OPEN_PASSES)),
+            goal,
             seed: arguments.seed,
             threads: arguments.threads,
             variant: arguments.variant,
@@ -163,6 +175,14 @@ fn check_timeout(seconds: f64) -> Result<(), JobError> {
     match Duration::try_from_secs_f64(seconds) {
         Ok(timeout) if !timeout.is_zero() => Ok(()),
         _ => Err(JobError::Timeout(seconds)),
+    }
+}
+
+fn check_target_error(error: f64) -> Result<(), JobError> {
+    if error > 0.0 && error < 1.0 {
+        Ok(())
+    } else {
+        Err(JobError::TargetError(error))
     }
 }
 

@@ -13,6 +13,7 @@
 mod arguments;
 mod compare;
 mod failure;
+mod goal;
 mod interrupt;
 mod job;
 mod memory;

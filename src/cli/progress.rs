@@ -1,12 +1,13 @@
 //! Shows how a render gets on: a bar on a terminal, a few plain lines elsewhere.
 
+use super::goal::{Goal, OPEN_PASSES};
 use super::interrupt::Interrupt;
 use super::{say, text};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::ops::ControlFlow;
 use std::time::Duration;
 use vpt::markov::{FamilyReport, Mode};
-use vpt::method::{Observer, Progress};
+use vpt::method::{ErrorEstimate, Observer, Progress};
 
 /// What is shown.
 #[derive(Debug, Clone)]
@@ -26,6 +27,12 @@ impl Display {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         bar.set_style(style.progress_chars("=> "));
         Display::Bar(bar)
+    }
+
+    /// Of a bar that does not know where it ends.
+    fn open_style() -> ProgressStyle {
+        ProgressStyle::with_template("{pos} passes, {elapsed}{msg}")
+            .expect("the template is a constant")
     }
 
     /// Prints a line without tearing the bar.
@@ -49,16 +56,23 @@ impl Display {
 pub struct Reporter {
     display: Display,
     interrupt: Interrupt,
-    timeout: Option<f64>,
+    goal: Goal,
     /// Tenths of the work for which a line was printed.
     tenths: u32,
     /// Passes asked for, once the render said so.
     passes: u32,
+    error: Option<ErrorEstimate>,
 }
 
 impl Reporter {
-    pub fn new(display: Display, interrupt: Interrupt, timeout: Option<f64>) -> Self {
-        Reporter { display, interrupt, timeout, tenths: 0, passes: 0 }
+    pub fn new(display: Display, interrupt: Interrupt, goal: Goal) -> Self {
+        Reporter { display, interrupt, goal, tenths: 0, passes: 0, error: None }
+    }
+
+    /// Whether the error aimed at was reached.
+    pub fn is_accurate(&self) -> bool {
+        let target = self.goal.target_error;
+        target.is_some_and(|target| self.error.is_some_and(|error| error.reaches(target)))
     }
 
     /// Passes asked for; 0 before the render began.
@@ -77,8 +91,13 @@ impl Reporter {
         match &self.display {
             Display::Bar(bar) => {
                 let first = bar.length().is_none();
-                bar.set_message(details(progress, self.timeout));
-                bar.set_length(progress.passes.into());
+                bar.set_message(details(progress, &self.goal));
+                if progress.passes < OPEN_PASSES {
+                    bar.set_length(progress.passes.into());
+                } else if first {
+                    bar.set_style(Display::open_style());
+                    bar.set_length(0);
+                }
                 bar.set_position(progress.passes_done.into());
                 if first {
                     // A pass can be long: the clock runs on meanwhile.
@@ -86,10 +105,10 @@ impl Reporter {
                 }
             }
             Display::Lines => {
-                let tenths = (share_done(progress, self.timeout) * 10.0) as u32;
+                let tenths = (self.goal.share_done(progress) * 10.0) as u32;
                 if tenths > self.tenths {
                     self.tenths = tenths;
-                    say(&line(progress, self.timeout));
+                    say(&line(progress, &self.goal));
                 }
             }
             Display::Nothing => {}
@@ -100,6 +119,7 @@ impl Reporter {
 impl Observer for Reporter {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
         self.passes = progress.passes;
+        self.error = progress.error;
         self.show(progress);
         if self.interrupt.requested() {
             ControlFlow::Break(())
@@ -109,30 +129,19 @@ impl Observer for Reporter {
     }
 }
 
-/// Share of the work that is done, by passes or by the timeout, whichever ends it first.
-fn share_done(progress: &Progress, timeout: Option<f64>) -> f64 {
-    let passes = f64::from(progress.passes_done) / f64::from(progress.passes.max(1));
-    let time = timeout.map_or(0.0, |timeout| progress.seconds / timeout);
-    passes.max(time).min(1.0)
-}
-
-/// Seconds that are left, while some are and there is a pass to judge by.
-fn seconds_left(progress: &Progress, timeout: Option<f64>) -> Option<f64> {
-    let Progress { passes_done, passes, seconds, .. } = *progress;
-    if passes_done == 0 || passes_done >= passes {
-        return None;
-    }
-    let left = seconds / f64::from(passes_done) * f64::from(passes - passes_done);
-    Some(timeout.map_or(left, |timeout| left.min(timeout - seconds)).max(0.0))
-}
-
-/// `, 12 s left, timeout 60 s, 1.20 M photons/s, radii 1.00e-2 surface, 2.00e-2 medium`
-fn details(progress: &Progress, timeout: Option<f64>) -> String {
+/// `, about 2.1 % off, 1 % in about 3 min 0 s, 12 s left, timeout 60 s, 1.20 M photons/s, radii 1.00e-2
+/// surface, 2.00e-2 medium`
+fn details(progress: &Progress, goal: &Goal) -> String {
     let mut parts = vec![String::new()];
-    if let Some(left) = seconds_left(progress, timeout) {
+    parts
+        .extend(progress.error.map(|error| format!("about {} off", text::percent(error.relative))));
+    parts.extend(goal.next_mark(progress).map(|(mark, seconds)| {
+        format!("{} in about {}", text::percent(mark), text::about(seconds))
+    }));
+    if let Some(left) = goal.seconds_left(progress) {
         parts.push(format!("{} left", text::seconds(left)));
     }
-    if let Some(timeout) = timeout {
+    if let Some(timeout) = goal.timeout {
         parts.push(format!("timeout {}", text::seconds(timeout)));
     }
     if progress.seconds > 0.0 && progress.walks > 0 {
@@ -160,14 +169,11 @@ fn shooting(family: &str, report: &FamilyReport) -> Option<String> {
 }
 
 /// The line of plain progress after a pass.
-fn line(progress: &Progress, timeout: Option<f64>) -> String {
-    format!(
-        "pass {} of {}, {}{}",
-        progress.passes_done,
-        progress.passes,
-        text::seconds(progress.seconds),
-        details(progress, timeout)
-    )
+fn line(progress: &Progress, goal: &Goal) -> String {
+    let Progress { passes_done, passes, .. } = *progress;
+    let of = if passes < OPEN_PASSES { format!(" of {passes}") } else { String::new() };
+    let seconds = text::seconds(progress.seconds);
+    format!("pass {passes_done}{of}, {seconds}{}", details(progress, goal))
 }
 
 #[cfg(test)]
@@ -180,31 +186,34 @@ mod tests {
         let radii = Radii { surface: 0.01, medium: 0.02 };
         let walks = u64::from(passes_done) * 1_000_000;
         let shooting = PerFamily::default();
-        Progress { passes_done, passes: 20, walks, radii, seconds, shooting }
-    }
-
-    #[test]
-    fn time_left_is_the_nearer_of_passes_and_timeout() {
-        assert_eq!(seconds_left(&progress(0, 1.0), None), None);
-        assert_eq!(seconds_left(&progress(20, 1.0), None), None);
-        assert_eq!(seconds_left(&progress(5, 10.0), None), Some(30.0));
-        assert_eq!(seconds_left(&progress(5, 10.0), Some(25.0)), Some(15.0));
-        assert_eq!(seconds_left(&progress(5, 10.0), Some(9.0)), Some(0.0));
-    }
-
-    #[test]
-    fn share_counts_passes_or_time() {
-        assert_eq!(share_done(&progress(5, 10.0), None), 0.25);
-        assert_eq!(share_done(&progress(5, 10.0), Some(20.0)), 0.5);
-        assert_eq!(share_done(&progress(5, 10.0), Some(5.0)), 1.0);
+        Progress { passes_done, passes: 20, walks, radii, seconds, shooting, error: None }
     }
 
     #[test]
     fn line_says_everything() {
         assert_eq!(
-            line(&progress(5, 2.5), Some(60.0)),
+            line(&progress(5, 2.5), &Goal { timeout: Some(60.0), target_error: None }),
             "pass 5 of 20, 2.50 s, 7.50 s left, timeout 1 min 0 s, 2.00 M photons/s, \
              radii 1.00e-2 surface, 2.00e-2 medium"
+        );
+    }
+
+    #[test]
+    fn line_says_how_accurate_the_picture_is() {
+        let error = ErrorEstimate {
+            relative: 0.0212,
+            noise: 0.0212,
+            noise_decay: 1.0,
+            jitters: 4,
+            ..ErrorEstimate::default()
+        };
+        let progress = Progress { error: Some(error), passes: OPEN_PASSES, ..progress(5, 50.0) };
+        let line = line(&progress, &Goal { timeout: None, target_error: Some(0.01) });
+        assert!(
+            line.starts_with(
+                "pass 5, 50 s, about 2.1 % off, 1.0 % in about 3 min, 2 min 55 s left,"
+            ),
+            "{line}"
         );
     }
 
@@ -219,7 +228,7 @@ mod tests {
             ..Default::default()
         };
         let shooting = PerFamily { surface: uniform, medium: chains };
-        let line = line(&Progress { shooting, ..progress(5, 2.5) }, None);
+        let line = line(&Progress { shooting, ..progress(5, 2.5) }, &Goal::default());
         assert!(
             line.ends_with(
                 ", surfaces uniformly (34 % visible), media by chains (0.12 % visible, 23 % accepted)"
@@ -231,7 +240,7 @@ mod tests {
     #[test]
     fn reporter_ends_the_render_when_asked() {
         let interrupt = Interrupt::default();
-        let mut reporter = Reporter::new(Display::Nothing, interrupt.clone(), None);
+        let mut reporter = Reporter::new(Display::Nothing, interrupt.clone(), Goal::default());
         assert_eq!(reporter.progress(&progress(0, 0.0)), ControlFlow::Continue(()));
         assert_eq!(reporter.passes(), 20);
         interrupt.request();

@@ -1,6 +1,7 @@
 //! Renders a job, and tells the user what came of it.
 
 use super::failure::Failure;
+use super::goal::OPEN_PASSES;
 use super::interrupt::Interrupt;
 use super::job::RenderJob;
 use super::progress::{Display, Reporter};
@@ -44,20 +45,27 @@ fn render_passes(
     let interrupt =
         Interrupt::listen(say).context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
     announce(job, session, scene, &display);
-    let mut reporter = Reporter::new(display.clone(), interrupt.clone(), job.scene.timeout);
+    let mut reporter = Reporter::new(display.clone(), interrupt.clone(), job.goal);
     let result = scene.render(job.sensor, job.seed, job.passes, &mut reporter);
     display.finish();
 
     let stats = result.map_err(Failure::failed)?;
-    let ending = Ending::of(stats.passes, reporter.passes(), interrupt.requested());
+    let ending = match Ending::of(stats.passes, reporter.passes(), interrupt.requested()) {
+        Ending::Timeout if reporter.is_accurate() => Ending::Accuracy,
+        ending => ending,
+    };
     if stats.passes == 0 {
         return Err(no_picture(ending));
     }
     if let Some(cause) = cause(ending) {
         let (done, asked) = (stats.passes, reporter.passes());
+        let of = if asked < OPEN_PASSES { format!(" of {asked}") } else { String::new() };
         display.say(&format!(
-            "note: stopped by {cause} after {done} of {asked} passes; the picture is of those"
+            "note: stopped by {cause} after {done}{of} passes; the picture is of those"
         ));
+    }
+    if let Some(target) = job.goal.target_error.filter(|_| !reporter.is_accurate()) {
+        display.say(&format!("note: the error of {} was not reached", text::percent(target)));
     }
     Ok((stats, ending))
 }
@@ -90,7 +98,7 @@ fn announce(job: &RenderJob, session: &Session, scene: &LoadedScene, display: &D
 /// What ended a render early.
 fn cause(ending: Ending) -> Option<&'static str> {
     match ending {
-        Ending::Complete => None,
+        Ending::Complete | Ending::Accuracy => None,
         Ending::Interrupt => Some("Ctrl-C"),
         Ending::Timeout => Some("the timeout"),
     }
@@ -119,10 +127,13 @@ fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
     }
     let plural = if stats.passes == 1 { "pass" } else { "passes" };
     print_result(&format!(
-        "wrote \"{}\": {} {plural} of {} photons in {}",
+        "wrote \"{}\": {} {plural} of {} photons in {}{}",
         job.picture.path().display(),
         stats.passes,
         text::count(stats.parameters.photons as f64),
-        text::seconds(stats.seconds)
+        text::seconds(stats.seconds),
+        stats.estimated_error.map_or(String::new(), |error| {
+            format!(", about {} off", text::percent(error.relative))
+        })
     ))
 }

@@ -14,6 +14,8 @@ pub enum Ending {
     Complete,
     Interrupt,
     Timeout,
+    /// The error aimed at was reached.
+    Accuracy,
 }
 
 impl Ending {

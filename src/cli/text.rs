@@ -29,6 +29,17 @@ pub fn seconds(value: f64) -> String {
     }
 }
 
+/// A span of time that is not known well: `0.3 s`, `12 s`, `3 min`, `2 h`.
+pub fn about(value: f64) -> String {
+    match value {
+        v if v < 9.5 => format!("{v:.1} s"),
+        v if v < 90.0 => format!("{v:.0} s"),
+        v if v < 90.0 * 60.0 => format!("{:.0} min", v / 60.0),
+        v if v < 48.0 * 3600.0 => format!("{:.0} h", v / 3600.0),
+        v => format!("{:.0} days", v / 86400.0),
+    }
+}
+
 /// A radius in the scene's unit of length, with three digits.
 pub fn length(value: f32) -> String {
     format!("{value:.2e}")
@@ -64,6 +75,15 @@ mod tests {
             [(0.254, "0.25 s"), (12.4, "12 s"), (200.0, "3 min 20 s"), (7530.0, "2 h 5 min")]
         {
             assert_eq!(seconds(value), text);
+        }
+    }
+
+    #[test]
+    fn rough_times_are_rough() {
+        for (value, text) in
+            [(0.26, "0.3 s"), (12.4, "12 s"), (175.0, "3 min"), (9000.0, "2 h"), (4e5, "5 days")]
+        {
+            assert_eq!(about(value), text);
         }
     }
 

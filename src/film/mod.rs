@@ -1,5 +1,7 @@
 //! Sums of film samples over all jitters of the view rays.
 
+pub mod error;
+
 use crate::math::Rgb;
 use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
@@ -17,6 +19,12 @@ impl FilmSums {
         let values = description.film_pixels as usize * description.film_channels as usize;
         FilmSums { values: vec![0.0; values] }
     }
+
+    /// Adds another film of the same size.
+    pub fn add(&mut self, other: &FilmSums) {
+        assert_eq!(self.values.len(), other.values.len());
+        self.values.iter_mut().zip(&other.values).for_each(|(mine, theirs)| *mine += theirs);
+    }
 }
 
 /// Adds the ray paths of one jitter to the film, weighted by the passes that shot at them.
@@ -28,13 +36,36 @@ pub fn add_jitter(
     passes: u32,
     film: &mut FilmSums,
 ) -> SceneResult<()> {
+    splat(scene, paths, passes, film, |pixel| {
+        let sum = sums.radiance(pixel).map(|channel| (channel / f64::from(passes)) as f32);
+        paths.emission[pixel] + Rgb::new(sum[0], sum[1], sum[2])
+    })
+}
+
+/// Adds the bias of one jitter to a film of its own, the same for all colours.
+pub fn add_bias(
+    scene: &dyn Scene,
+    paths: &ViewPaths,
+    sums: &PixelSums,
+    passes: u32,
+    film: &mut FilmSums,
+) -> SceneResult<()> {
+    splat(scene, paths, passes, film, |pixel| {
+        Rgb::splat((sums.bias(pixel) / f64::from(passes)) as f32)
+    })
+}
+
+fn splat(
+    scene: &dyn Scene,
+    paths: &ViewPaths,
+    passes: u32,
+    film: &mut FilmSums,
+    color: impl Fn(usize) -> Rgb,
+) -> SceneResult<()> {
     let count = paths.film.len();
     let mut radiance = Planes::default();
     radiance.resize(count);
-    for pixel in 0..count {
-        let sum = sums.get(pixel).map(|channel| (channel / f64::from(passes)) as f32);
-        radiance.set_rgb(pixel, paths.emission[pixel] + Rgb::new(sum[0], sum[1], sum[2]));
-    }
+    (0..count).for_each(|pixel| radiance.set_rgb(pixel, color(pixel)));
     let axis = |axis: usize| paths.film.iter().map(move |position| position[axis]);
     let samples = FilmSamples {
         position: axis(0).chain(axis(1)).collect(),

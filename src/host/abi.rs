@@ -71,6 +71,7 @@ pub struct VptDescription {
     pub film_offset: [i32; 2],
     pub film_channels: u32,
     pub film_pixels: u32,
+    pub film_width: u32,
     pub media: *const VptMedium,
     pub media_count: u32,
     pub bounds_min: [f32; 3],
@@ -261,6 +262,9 @@ pub struct VptParameters {
     pub max_depth: i64,
     pub rr_depth: i64,
     pub hide_emitters: u32,
+    pub estimate_error: u32,
+    /// 0 for none.
+    pub target_error: f64,
     pub seed: u64,
     /// Seconds; not positive for none.
     pub timeout: f64,
@@ -279,6 +283,20 @@ pub struct VptShooting {
     pub mutation_size: f32,
 }
 
+/// How far the picture is off; see `film::error::ErrorEstimate`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptError {
+    pub relative: f64,
+    pub noise: f64,
+    pub bias: f64,
+    pub noise_decay: f64,
+    pub bias_decay: f64,
+    pub correlation: f64,
+    /// 0 while nothing is known.
+    pub jitters: u32,
+}
+
 /// The state of a render between two passes.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -291,6 +309,7 @@ pub struct VptProgress {
     pub seconds: f64,
     pub surface_shooting: VptShooting,
     pub medium_shooting: VptShooting,
+    pub error: VptError,
 }
 
 /// A statistics report that only the engine can read.

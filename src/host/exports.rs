@@ -3,7 +3,9 @@
 use super::abi::*;
 use super::scene::HostScene;
 use crate::markov::{FamilyReport, Mode};
-use crate::method::{self, Observer, Outcome, ParameterError, Parameters, Progress, Stats};
+use crate::method::{
+    self, ErrorEstimate, Observer, Outcome, ParameterError, Parameters, Progress, Stats,
+};
 use crate::scene::{PathLimits, Scene, UNBOUNDED_DEPTH};
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::ops::ControlFlow;
@@ -29,6 +31,8 @@ pub extern "C" fn vpt_default_parameters() -> VptParameters {
         max_depth: -1,
         rr_depth: i64::from(p.limits.rr_depth),
         hide_emitters: 0,
+        estimate_error: p.estimate_error.into(),
+        target_error: p.target_error,
         seed: p.seed,
         timeout: 0.0,
         threads: 0,
@@ -53,12 +57,13 @@ pub unsafe extern "C" fn vpt_check_parameters(
     })
 }
 
-/// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Returns 0, or 1 with
-/// one sentence in `error`.
+/// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Writes the estimated
+/// standard error of red, green and blue of every film pixel to `error_image`, unless that is null; zeros
+/// where nothing is known. Returns 0, or 1 with one sentence in `error`.
 ///
 /// # Safety
-/// All pointers must be valid for the call; `storage` must hold `storage_size` values; the callbacks of
-/// `host` and `observer` must keep the promises of this page.
+/// All pointers must be valid for the call; `storage` must hold `storage_size` values and `error_image`
+/// three per film pixel; the callbacks of `host` and `observer` must keep the promises of this page.
 #[no_mangle]
 pub unsafe extern "C" fn vpt_render(
     host: *const VptHost,
@@ -66,6 +71,7 @@ pub unsafe extern "C" fn vpt_render(
     observer: *const VptObserver,
     storage: *mut f64,
     storage_size: usize,
+    error_image: *mut f32,
     error: *mut c_char,
     error_size: usize,
 ) -> i32 {
@@ -92,6 +98,15 @@ pub unsafe extern "C" fn vpt_render(
         }
         for (sum, value) in storage.iter_mut().zip(&outcome.film.values) {
             *sum += value;
+        }
+        if !error_image.is_null() {
+            let size = 3 * scene.description().film_pixels as usize;
+            // SAFETY: the caller promised room for three values per film pixel.
+            let out = unsafe { std::slice::from_raw_parts_mut(error_image, size) };
+            match &outcome.error_image {
+                Some(image) => out.copy_from_slice(image.as_flattened()),
+                None => out.fill(0.0),
+            }
         }
         watch.finish(&outcome.stats);
         Ok(())
@@ -205,6 +220,8 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
             },
             hide_emitters: p.hide_emitters != 0,
         },
+        estimate_error: p.estimate_error != 0,
+        target_error: p.target_error,
         seed: p.seed,
         timeout: (p.timeout > 0.0 && p.timeout.is_finite())
             .then(|| Duration::from_secs_f64(p.timeout)),
@@ -234,6 +251,18 @@ fn raw_shooting(report: &FamilyReport) -> VptShooting {
     }
 }
 
+fn raw_error(e: ErrorEstimate) -> VptError {
+    VptError {
+        relative: e.relative,
+        noise: e.noise,
+        bias: e.bias,
+        noise_decay: e.noise_decay,
+        bias_decay: e.bias_decay,
+        correlation: e.correlation,
+        jitters: e.jitters,
+    }
+}
+
 struct Watch<'a>(&'a VptObserver);
 
 impl Watch<'_> {
@@ -260,6 +289,7 @@ impl Observer for Watch<'_> {
             seconds: progress.seconds,
             surface_shooting: raw_shooting(&progress.shooting.surface),
             medium_shooting: raw_shooting(&progress.shooting.medium),
+            error: raw_error(progress.error.unwrap_or_default()),
         };
         // SAFETY: the callback was promised to be valid for the render.
         match unsafe { (self.0.progress)(self.0.context, &out) } {

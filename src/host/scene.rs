@@ -110,6 +110,7 @@ unsafe fn read_description(d: &VptDescription) -> SceneDescription {
         film_offset: d.film_offset,
         film_channels: d.film_channels,
         film_pixels: d.film_pixels,
+        film_width: d.film_width,
         media,
         bounds: Aabb { min: Vec3::from(d.bounds_min), max: Vec3::from(d.bounds_max) },
         emitter_count: d.emitter_count,

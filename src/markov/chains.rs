@@ -44,7 +44,7 @@ impl Chain {
         let weight = std::mem::take(&mut self.repetitions) as f32;
         if weight > 0.0 {
             for deposit in &state.deposits {
-                out.push(Deposit { radiance: deposit.radiance * weight, ..*deposit });
+                out.push(deposit.times(weight));
             }
         }
         Some(state)

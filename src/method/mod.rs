@@ -11,6 +11,7 @@ mod ppt_metro;
 mod run;
 mod stats;
 
+pub use crate::film::error::ErrorEstimate;
 pub use crate::transport::counters::Counters;
 pub use observer::{Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters, Shooting};
@@ -35,6 +36,9 @@ pub enum RenderError {
 #[derive(Debug)]
 pub struct Outcome {
     pub film: FilmSums,
+    /// The estimated standard error of red, green and blue of each film pixel, in the film's unit; none
+    /// where no error was to be estimated.
+    pub error_image: Option<Vec<[f32; 3]>>,
     pub stats: Stats,
 }
 
@@ -76,5 +80,8 @@ pub fn begin<'a>(
 fn goes_on(progress: &Progress, parameters: &Parameters, observer: &mut dyn Observer) -> bool {
     let stopped = observer.progress(progress).is_break();
     let timed_out = parameters.timeout.is_some_and(|limit| progress.seconds >= limit.as_secs_f64());
-    !stopped && progress.passes_done < parameters.passes && !(progress.passes_done > 0 && timed_out)
+    let accurate = parameters.target_error > 0.0
+        && progress.error.is_some_and(|error| error.reaches(parameters.target_error));
+    let over = timed_out || accurate;
+    !stopped && progress.passes_done < parameters.passes && !(progress.passes_done > 0 && over)
 }

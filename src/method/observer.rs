@@ -1,4 +1,5 @@
 use crate::density::radius::Radii;
+use crate::film::error::ErrorEstimate;
 use crate::markov::FamilyReport;
 use crate::transport::photon::PerFamily;
 use std::ops::ControlFlow;
@@ -15,6 +16,8 @@ pub struct Progress {
     pub seconds: f64,
     /// How photons were shot in the last pass, by family.
     pub shooting: PerFamily<FamilyReport>,
+    /// None before there is enough to judge by, or where no error is to be estimated.
+    pub error: Option<ErrorEstimate>,
 }
 
 /// Watches a render; asked once before the first pass and after every pass.

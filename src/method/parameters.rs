@@ -92,6 +92,10 @@ pub struct Parameters {
     pub radius_schedule: Schedule,
     #[serde(flatten)]
     pub limits: PathLimits,
+    /// Whether noise and bias are estimated as the render runs (`estimate_error`).
+    pub estimate_error: bool,
+    /// The estimated relative error at which the render ends; 0 = none (`target_error`).
+    pub target_error: f64,
     pub seed: u64,
     /// Wall time after which no new pass starts.
     #[serde(serialize_with = "serialize_timeout")]
@@ -121,6 +125,8 @@ impl Default for Parameters {
             medium_radius: 0.0,
             radius_schedule: Schedule::Matched,
             limits: PathLimits { max_depth: UNBOUNDED_DEPTH, rr_depth: 5, hide_emitters: false },
+            estimate_error: true,
+            target_error: 0.0,
             seed: 0,
             timeout: None,
         }
@@ -154,6 +160,13 @@ pub enum ParameterError {
     BadChains(i64),
     #[error("max_depth is {0}, but must be -1 (unbounded) or at least 0")]
     BadMaxDepth(i64),
+    #[error("target_error is {0}, but must be a finite number >= 0 (0.01 is 1 %; 0 = none)")]
+    BadTargetError(f64),
+    #[error(
+        "target_error is {0}, but estimate_error is false, so it could never be reached; set \
+         estimate_error to true"
+    )]
+    BlindTarget(f64),
     #[error("rr_depth is {0}, but must be at least 1")]
     BadRrDepth(i64),
 }
@@ -208,6 +221,7 @@ impl Parameters {
         if !(self.alpha > 0.0 && self.alpha < 1.0) {
             return Err(ParameterError::BadAlpha(self.alpha));
         }
+        self.check_target_error()?;
         for (name, value) in [
             ("passes", self.passes as i64),
             ("photons", self.photons as i64),
@@ -216,6 +230,17 @@ impl Parameters {
             if value < 1 {
                 return Err(ParameterError::TooSmall { name, value });
             }
+        }
+        Ok(())
+    }
+
+    fn check_target_error(&self) -> Result<(), ParameterError> {
+        let target = self.target_error;
+        if !(target.is_finite() && target >= 0.0) {
+            return Err(ParameterError::BadTargetError(target));
+        }
+        if target > 0.0 && !self.estimate_error {
+            return Err(ParameterError::BlindTarget(target));
         }
         Ok(())
     }

@@ -2,7 +2,8 @@
 
 use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
-use crate::film::{add_jitter, FilmSums};
+use crate::film::error::{ErrorEstimate, ErrorSums};
+use crate::film::{add_bias, add_jitter, FilmSums};
 use crate::markov::FamilyReport;
 use crate::scene::{Scene, SceneResult};
 use crate::transport::deposits::PixelSums;
@@ -52,7 +53,8 @@ where
 
     fn advance(&mut self) -> Result<(), RenderError> {
         let receivers_changed = self.run.jitter_when_due()?;
-        self.run.pass(receivers_changed, &mut self.body)
+        self.run.pass(receivers_changed, &mut self.body)?;
+        self.run.end_jitter_when_due()
     }
 
     fn film(&self) -> Result<FilmSums, RenderError> {
@@ -83,6 +85,9 @@ pub struct Run<'a, R> {
     receivers: R,
     sums: PixelSums,
     film: FilmSums,
+    /// None where no error is to be estimated.
+    error: Option<ErrorSums>,
+    estimate: Option<ErrorEstimate>,
     counters: Counters,
     seconds: PhaseSeconds,
     shooting: PerFamily<FamilyReport>,
@@ -168,6 +173,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             sums: PixelSums::new(receivers.as_ref().film.len()),
             receivers,
             film: FilmSums::new(scene.description()),
+            error: parameters.estimate_error.then(|| ErrorSums::new(scene.description(), alpha)),
+            estimate: None,
             counters,
             seconds,
             shooting: PerFamily::default(),
@@ -183,13 +190,12 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         Box::new(Held { run: self, body })
     }
 
-    /// Traces new ray paths if the present ones have had their passes; says whether it did.
+    /// Traces new ray paths if the present ones have had all their passes; says whether it did.
     // [Collin 2013 Algorithm 1, lines 2 to 5]
     fn jitter_when_due(&mut self) -> Result<bool, RenderError> {
-        if self.passes_of_jitter < self.jitter_every {
+        if self.passes == 0 || self.passes_of_jitter > 0 {
             return Ok(false);
         }
-        self.end_jitter()?;
         let jitter = u64::from(self.passes / self.jitter_every);
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers =
@@ -229,7 +235,9 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
 
     /// The picture of all passes.
     fn finish(mut self) -> Result<Outcome, RenderError> {
-        self.end_jitter()?;
+        if self.passes_of_jitter > 0 {
+            self.end_jitter()?;
+        }
         let mut warnings = self.scene.description().warnings.clone();
         warnings.extend(self.counters.warnings());
         let stats = Stats {
@@ -242,19 +250,36 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             final_radii: self.radii.current(),
             counters: self.counters,
             shooting: self.shooting,
+            estimated_error: self.estimate,
             warnings,
         };
-        Ok(Outcome { film: self.film, stats })
+        let error_image = self.error.map(|error| error.image());
+        Ok(Outcome { film: self.film, error_image, stats })
     }
 
+    fn end_jitter_when_due(&mut self) -> Result<(), RenderError> {
+        if self.passes_of_jitter < self.jitter_every {
+            return Ok(());
+        }
+        self.end_jitter()
+    }
+
+    /// Adds the jitter under way to the film and, if it has had all its passes, to the estimate of the error.
     // [Collin 2013 Algorithm 1, lines 10 and 11]: the running mean over passes, by weights on the film.
     fn end_jitter(&mut self) -> Result<(), RenderError> {
         let clock = Instant::now();
         let passes = std::mem::take(&mut self.passes_of_jitter);
-        if passes > 0 {
-            add_jitter(self.scene, self.receivers.as_ref(), &self.sums, passes, &mut self.film)?;
-            self.sums.clear();
+        let (scene, paths) = (self.scene, self.receivers.as_ref());
+        let mut film = FilmSums::new(scene.description());
+        add_jitter(scene, paths, &self.sums, passes, &mut film)?;
+        if let Some(error) = self.error.as_mut().filter(|_| passes == self.jitter_every) {
+            let mut bias = FilmSums::new(scene.description());
+            add_bias(scene, paths, &self.sums, passes, &mut bias)?;
+            error.add(&film, &bias);
+            self.estimate = error.estimate();
         }
+        self.film.add(&film);
+        self.sums.clear();
         self.seconds.film += clock.elapsed().as_secs_f64();
         Ok(())
     }
@@ -277,6 +302,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             radii: self.radii.current(),
             seconds: self.start.elapsed().as_secs_f64(),
             shooting: self.shooting,
+            error: self.estimate,
         }
     }
 }

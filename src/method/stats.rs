@@ -1,5 +1,6 @@
 use super::Parameters;
 use crate::density::radius::Radii;
+use crate::film::error::ErrorEstimate;
 use crate::markov::FamilyReport;
 use crate::transport::counters::Counters;
 use crate::transport::photon::PerFamily;
@@ -33,5 +34,7 @@ pub struct Stats {
     pub counters: Counters,
     /// What was measured and decided about shooting, by family; all zero where a method does not measure.
     pub shooting: PerFamily<FamilyReport>,
+    /// None where no error was to be estimated, or too little was there to judge by.
+    pub estimated_error: Option<ErrorEstimate>,
     pub warnings: Vec<String>,
 }

@@ -13,6 +13,8 @@ pub struct Pending {
     pub walk: u32,
     pub pixel: u32,
     pub weighted: Rgb,
+    /// The share of the contribution that is added to the bias of the pixel.
+    pub bias_share: f32,
 }
 
 /// A pair in a medium: light travels along `photon`, is scattered at `position`, and leaves against `view`.
@@ -142,5 +144,6 @@ pub fn keep(sink: &mut impl Sink, counters: &mut Counters, family: Family, pendi
         Family::Surface => counters.surface_deposits += 1,
         Family::Medium => counters.medium_deposits += 1,
     }
-    sink.push(pending.walk, family, Deposit { pixel: pending.pixel, radiance });
+    let bias = radiance.mean() * pending.bias_share;
+    sink.push(pending.walk, family, Deposit { pixel: pending.pixel, radiance, bias });
 }

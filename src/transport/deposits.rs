@@ -15,6 +15,22 @@ const ADDED_ALONE: usize = 8192;
 pub struct Deposit {
     pub pixel: u32,
     pub radiance: Rgb,
+    /// What the deposit says of the kernel's bias, in the unit of the radiance, as a mean over channels.
+    // [Bias of a kernel]
+    pub bias: f32,
+}
+
+impl Deposit {
+    /// The same several times.
+    pub fn times(self, count: f32) -> Self {
+        Deposit { radiance: self.radiance * count, bias: self.bias * count, ..self }
+    }
+
+    /// Red, green, blue and bias, as sums hold them.
+    pub fn values(&self) -> [f64; 4] {
+        let Rgb { r, g, b } = self.radiance;
+        [r, g, b, self.bias].map(f64::from)
+    }
 }
 
 /// Where the deposits of walks go.
@@ -56,15 +72,15 @@ impl Deposits {
     }
 }
 
-/// Radiance sums per pixel, in f64: f32 sums stop moving.
+/// Sums per pixel of radiance and of its bias, in f64: f32 sums stop moving.
 #[derive(Debug, Clone)]
 pub struct PixelSums {
-    sums: Vec<[f64; 3]>,
+    sums: Vec<[f64; 4]>,
 }
 
 impl PixelSums {
     pub fn new(pixels: usize) -> Self {
-        PixelSums { sums: vec![[0.0; 3]; pixels] }
+        PixelSums { sums: vec![[0.0; 4]; pixels] }
     }
 
     pub fn len(&self) -> usize {
@@ -75,19 +91,23 @@ impl PixelSums {
         self.sums.is_empty()
     }
 
-    pub fn get(&self, pixel: usize) -> [f64; 3] {
-        self.sums[pixel]
+    pub fn radiance(&self, pixel: usize) -> [f64; 3] {
+        let [r, g, b, _] = self.sums[pixel];
+        [r, g, b]
+    }
+
+    pub fn bias(&self, pixel: usize) -> f64 {
+        self.sums[pixel][3]
     }
 
     pub fn clear(&mut self) {
-        self.sums.fill([0.0; 3]);
+        self.sums.fill([0.0; 4]);
     }
 
-    /// Adds to one pixel.
-    pub fn add_to(&mut self, pixel: usize, radiance: [f64; 3], scale: f64) {
-        let sum = &mut self.sums[pixel];
-        for channel in 0..3 {
-            sum[channel] += radiance[channel] * scale;
+    /// Adds [`Deposit::values`] to one pixel.
+    pub fn add_to(&mut self, pixel: usize, values: [f64; 4], scale: f64) {
+        for (sum, value) in self.sums[pixel].iter_mut().zip(values) {
+            *sum += value * scale;
         }
     }
 
@@ -95,13 +115,13 @@ impl PixelSums {
     pub fn add(&mut self, batches: &[Deposits], scale: f64) {
         let Some(first) = batches.first() else { return };
         let pixels = first.pixels_per_share;
-        let add = |(share, sums): (usize, &mut [[f64; 3]])| {
+        let add = |(share, sums): (usize, &mut [[f64; 4]])| {
             let start = share * pixels;
             for deposit in batches.iter().flat_map(|batch| &batch.shares[share]) {
                 let sum = &mut sums[deposit.pixel as usize - start];
-                sum[0] += f64::from(deposit.radiance.r) * scale;
-                sum[1] += f64::from(deposit.radiance.g) * scale;
-                sum[2] += f64::from(deposit.radiance.b) * scale;
+                for (sum, value) in sum.iter_mut().zip(deposit.values()) {
+                    *sum += value * scale;
+                }
             }
         };
         if batches.iter().map(Deposits::count).sum::<usize>() < ADDED_ALONE {
@@ -114,10 +134,9 @@ impl PixelSums {
     /// Adds other sums, scaled, and sets them to zero.
     pub fn drain(&mut self, other: &mut PixelSums, scale: f64) {
         self.sums.par_iter_mut().zip(&mut other.sums).for_each(|(mine, theirs)| {
-            for channel in 0..3 {
-                mine[channel] += theirs[channel] * scale;
+            for (mine, theirs) in mine.iter_mut().zip(theirs) {
+                *mine += std::mem::take(theirs) * scale;
             }
-            *theirs = [0.0; 3];
         });
     }
 }

@@ -148,14 +148,14 @@ impl Query<'_> {
         match photon::event(v, lane, &mut out.counters.dropped_photons) {
             Event::Medium(p) if self.wanted.medium && *particles == Particles::Points => {
                 out.counters.medium_photons += 1;
-                receivers.beam_tree.query(p.position, self.pairs.radii.medium, |index, t, _| {
-                    self.pairs.point_on_beam(&p, &paths.beams[index as usize], t, out);
+                receivers.beam_tree.query(p.position, self.pairs.radii.medium, |index, t, d2| {
+                    self.pairs.point_on_beam(&p, &paths.beams[index as usize], t, d2, out);
                 });
             }
             Event::Surface(p) if self.wanted.surface => {
                 out.counters.surface_photons += 1;
-                receivers.point_tree.query(p.position, self.pairs.radii.surface, |index, _| {
-                    self.pairs.photon_on_point(&p, &paths.points[index as usize], out);
+                receivers.point_tree.query(p.position, self.pairs.radii.surface, |index, d2| {
+                    self.pairs.photon_on_point(&p, &paths.points[index as usize], d2, out);
                 });
             }
             _ => {}

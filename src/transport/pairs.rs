@@ -81,13 +81,15 @@ impl<'a> Pairs<'a> {
         view.saturating_add(photon).saturating_add(2) <= self.limits.max_depth
     }
 
-    /// A photon within the radius of a view beam, at distance `t` along it.
+    /// A photon within the radius of a view beam, at distance `t` along it and this squared distance from
+    /// it.
     // [Collin 2013 (4)], with the albedo in place of sigma_s: photons are stored per collision.
     pub fn point_on_beam<S: Sink>(
         &self,
         photon: &MediumPhoton,
         beam: &BeamRecord,
         t: f32,
+        distance_squared: f32,
         out: &mut Gathered<S>,
     ) {
         if beam.medium != photon.medium || !self.within_depth(beam.depth, photon.depth) {
@@ -95,7 +97,8 @@ impl<'a> Pairs<'a> {
         }
         let tr = self.paths.beam_transmittance(beam, self.media, t);
         let weighted = beam.throughput * tr * photon.flux * kernel::disk(self.radii.medium);
-        let pending = Pending { walk: photon.walk, pixel: beam.pixel, weighted };
+        let bias_share = kernel::disk_bias_share(distance_squared, self.radii.medium);
+        let pending = Pending { walk: photon.walk, pixel: beam.pixel, weighted, bias_share };
         self.scatter(photon.position, photon.direction, beam, Some(Rgb::ONE), pending, out);
     }
 
@@ -119,6 +122,7 @@ impl<'a> Pairs<'a> {
             walk: photon.walk,
             pixel: beam.pixel,
             weighted: beam.throughput * tr * flux * weight,
+            bias_share: kernel::interval_bias_share(approach.distance_squared, self.radii.medium),
         };
         let position = photon.segment.at(approach.t_other);
         let sigma_s = self.media[photon.medium as usize].scattering;
@@ -154,12 +158,13 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// A photon within the radius of a visible point.
+    /// A photon within the radius of a visible point, at this squared distance from it.
     // [Collin 2013 (5)], without the cosine: the density of photons on a surface holds it.
     pub fn photon_on_point<S: Sink>(
         &self,
         photon: &SurfacePhoton,
         point: &PointRecord,
+        distance_squared: f32,
         out: &mut Gathered<S>,
     ) {
         let height = (photon.position - point.position).dot(point.geometric_normal).abs();
@@ -170,7 +175,8 @@ impl<'a> Pairs<'a> {
             return;
         }
         let weighted = point.throughput * photon.flux * kernel::disk(self.radii.surface);
-        let mut pending = Pending { walk: photon.walk, pixel: point.pixel, weighted };
+        let bias_share = kernel::disk_bias_share(distance_squared, self.radii.surface);
+        let mut pending = Pending { walk: photon.walk, pixel: point.pixel, weighted, bias_share };
         match point.lobe {
             Lobe::Lambertian(_) if photon.direction.dot(point.normal) >= 0.0 => {}
             Lobe::Lambertian(reflectance) => {

@@ -60,8 +60,8 @@ impl PhotonMap {
             parts.into_iter().for_each(|part| merged.append(part));
             let (runs, counts) = merged.resolve(scene)?;
             counters.add(&counts);
-            for (pixel, radiance) in runs.runs {
-                sums.add_to(pixel as usize, radiance, 1.0 / walks as f64);
+            for (pixel, values) in runs.runs {
+                sums.add_to(pixel as usize, values, 1.0 / walks as f64);
             }
         }
         Ok(counters)
@@ -73,9 +73,9 @@ impl PhotonMap {
         match family {
             Family::Surface => {
                 for point in &pairs.paths.points[range(pairs.paths.points.len())] {
-                    self.on_surfaces.query(point.position, pairs.radii.surface, |index, _| {
+                    self.on_surfaces.query(point.position, pairs.radii.surface, |index, d2| {
                         let photon = &self.stored.on_surfaces[index as usize];
-                        pairs.photon_on_point(photon, point, &mut out);
+                        pairs.photon_on_point(photon, point, d2, &mut out);
                     });
                 }
             }
@@ -91,8 +91,8 @@ impl PhotonMap {
     /// The photons or photon beams along one view beam.
     fn along(&self, beam: &super::view::BeamRecord, pairs: &Pairs, out: &mut Gathered<PixelRuns>) {
         let StoredPhotons { in_media, beams, .. } = &self.stored;
-        self.in_media.query(&beam.segment, pairs.radii.medium, |index, t, _| {
-            pairs.point_on_beam(&in_media[index as usize], beam, t, out);
+        self.in_media.query(&beam.segment, pairs.radii.medium, |index, t, d2| {
+            pairs.point_on_beam(&in_media[index as usize], beam, t, d2, out);
         });
         self.beams.query(&beam.segment, pairs.radii.medium, |index, approach| {
             let photon = &beams.beams[index as usize];
@@ -104,18 +104,18 @@ impl PhotonMap {
 /// Sums of deposits that follow one another on one pixel.
 #[derive(Default)]
 struct PixelRuns {
-    runs: Vec<(u32, [f64; 3])>,
+    runs: Vec<(u32, [f64; 4])>,
 }
 
 impl Sink for PixelRuns {
     fn push(&mut self, _: u32, _: Family, deposit: Deposit) {
         if self.runs.last().is_none_or(|(pixel, _)| *pixel != deposit.pixel) {
-            self.runs.push((deposit.pixel, [0.0; 3]));
+            self.runs.push((deposit.pixel, [0.0; 4]));
         }
         if let Some((_, sum)) = self.runs.last_mut() {
-            sum[0] += f64::from(deposit.radiance.r);
-            sum[1] += f64::from(deposit.radiance.g);
-            sum[2] += f64::from(deposit.radiance.b);
+            for (sum, value) in sum.iter_mut().zip(deposit.values()) {
+                *sum += value;
+            }
         }
     }
 

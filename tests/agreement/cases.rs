@@ -1,8 +1,11 @@
 //! The scenes and methods of the table, and how much work each takes.
 
-/// Independent pictures of a scene. At the levels of the long table, a block is rejected at 9
-/// standard errors with 16 of them but at 6 with 64, so the same power takes half the photons.
-pub const SEEDS: u32 = 64;
+/// Independent pictures of a scene: the first, some more as long as noise could hide what must be seen, and
+/// the most. At the levels of the long table, a block is rejected at 9 standard errors with 16 of them but
+/// at 6 with 64, so the same power takes half the photons.
+pub const FIRST_SEEDS: u32 = 16;
+pub const MORE_SEEDS: u32 = 8;
+pub const MOST_SEEDS: u32 = 64;
 
 /// Passes of each picture, with two jitters of the view rays.
 pub const PASSES: u32 = 8;

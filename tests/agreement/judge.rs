@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use super::cases::{Case, Method, SEEDS};
+use super::cases::{Case, Method, Power, MOST_SEEDS};
 use super::image::Image;
 use super::pictures;
 use super::stats::{Comparison, Reference, Verdict, BLOCK};
@@ -93,12 +93,22 @@ pub fn judge(variant: &str, cases: &[&'static Case], methods: &[&'static Method]
     assert!(!cases.is_empty() && !methods.is_empty(), "no such scene or method");
     let levels = Levels::new(cases.len() * methods.len());
     let title = format!(
-        "{variant}, {SEEDS} seeds, mitsuba {}: deviation of the mean in %",
+        "{variant}, up to {MOST_SEEDS} seeds, mitsuba {}: deviation of the mean in %",
         env!("VPT_MITSUBA_VERSION")
     );
     println!(
-        "\n{variant}, {SEEDS} seeds\n{:20} {:10} {:>7} {:>7} {:>6} {:>6} | {:>8} {:>6} {:>6} | {:>7}",
-        "scene", "method", "mean", "dev %", "z", "sees %", "block %", "z", "sees %", "seconds"
+        "\n{variant}\n{:20} {:10} {:>5} {:>7} {:>7} {:>6} {:>6} | {:>8} {:>6} {:>6} | {:>7}",
+        "scene",
+        "method",
+        "seeds",
+        "mean",
+        "dev %",
+        "z",
+        "sees %",
+        "block %",
+        "z",
+        "sees %",
+        "seconds"
     );
     let entry = |case: &&'static Case, method: &&'static Method| {
         judge_one(case, method, variant, &levels).unwrap_or_else(|fault| Entry {
@@ -128,20 +138,25 @@ fn judge_one(
     let folder = output_folder().join(case.scene).join(method.name).join(variant);
     let reference = read_reference(case.scene)?;
     let session = pictures::session(variant)?;
-    let runs = pictures::render(&session, case, method, &folder)?;
     let size = |image: &Image| (image.width, image.height);
+    let verdict_of = |runs: &[Image]| Verdict::new(runs, &reference, IMAGE_BOUND, BLOCK_BOUND);
+    // Looks at the spread alone, so that it does not choose when to stop by what it would find.
+    let are_enough = |runs: &[Image]| {
+        size(&runs[0]) != size(&reference.mean)
+            || !is_noisy(&verdict_of(runs), levels, &method.power)
+    };
+    let runs = pictures::render(&session, case, method, &folder, are_enough)?;
     if let Some(run) = runs.iter().find(|run| size(run) != size(&reference.mean)) {
         return Err(format!("the size of the image is {:?}", size(run)));
     }
-    let verdict = Verdict::new(&runs, &reference, IMAGE_BOUND, BLOCK_BOUND);
-    print_row(case, method, &verdict, levels, start.elapsed().as_secs_f64());
+    let verdict = verdict_of(&runs);
+    print_row(case, method, runs.len(), &verdict, levels, start.elapsed().as_secs_f64());
 
     let biases = biases(&verdict, levels, reference.mean.width / BLOCK);
     let mut entry = Entry {
         deviation: Some(Verdict::worst(&verdict.image).deviation),
         rejected: !biases.is_empty(),
-        noisy: verdict.detectable_in_image(levels.image) > method.power.image
-            || verdict.detectable_in_median_block(levels.block) > method.power.block,
+        noisy: is_noisy(&verdict, levels, &method.power),
         faults: biases,
     };
     if entry.noisy {
@@ -156,13 +171,26 @@ fn judge_one(
     Ok(entry)
 }
 
+/// Whether a bias that must be seen could hide.
+fn is_noisy(verdict: &Verdict, levels: &Levels, power: &Power) -> bool {
+    verdict.detectable_in_image(levels.image) > power.image
+        || verdict.detectable_in_median_block(levels.block) > power.block
+}
+
 /// The least believable colour of the image and the least believable block, each with its z-score
 /// and with the bias that the noise would let one see.
-fn print_row(case: &Case, method: &Method, verdict: &Verdict, levels: &Levels, seconds: f64) {
+fn print_row(
+    case: &Case,
+    method: &Method,
+    seeds: usize,
+    verdict: &Verdict,
+    levels: &Levels,
+    seconds: f64,
+) {
     let image = Verdict::worst(&verdict.image);
     let block = Verdict::worst(&verdict.blocks);
     println!(
-        "{:20} {:10} {:7.4} {:7.2} {:6.1} {:6.2} | {:8.2} {:6.1} {:6.1} | {seconds:7.1}",
+        "{:20} {:10} {seeds:>5} {:7.4} {:7.2} {:6.1} {:6.2} | {:8.2} {:6.1} {:6.1} | {seconds:7.1}",
         case.scene,
         method.name,
         image.ratio,

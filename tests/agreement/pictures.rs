@@ -8,7 +8,7 @@ use vpt::host::session::{LoadedScene, SceneFile, Session};
 use vpt::method::Silent;
 
 use super::agreement_folder;
-use super::cases::{Case, Method, PASSES, SEEDS};
+use super::cases::{Case, Method, FIRST_SEEDS, MORE_SEEDS, MOST_SEEDS, PASSES};
 use super::image::Image;
 
 /// Mitsuba, which has one variant per process. Tests of one binary run side by side: the lock keeps
@@ -26,12 +26,13 @@ pub fn session(variant: &str) -> Result<MutexGuard<'static, Session>, String> {
     }
 }
 
-/// One picture per seed.
+/// One picture per seed, until there are enough.
 pub fn render(
     session: &Session,
     case: &Case,
     method: &Method,
     folder: &Path,
+    are_enough: impl Fn(&[Image]) -> bool,
 ) -> Result<Vec<Image>, String> {
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(|e| e.to_string())?;
@@ -52,7 +53,17 @@ pub fn render(
             None => narrow,
         })
     };
-    (0..SEEDS).map(|seed| one(seed).map_err(|e: String| format!("seed {seed}: {e}"))).collect()
+    let mut pictures = Vec::new();
+    let mut wanted = FIRST_SEEDS;
+    loop {
+        for seed in pictures.len() as u32..wanted {
+            pictures.push(one(seed).map_err(|e: String| format!("seed {seed}: {e}"))?);
+        }
+        if wanted >= MOST_SEEDS || are_enough(&pictures) {
+            return Ok(pictures);
+        }
+        wanted += MORE_SEEDS;
+    }
 }
 
 fn load<'a>(

@@ -4,10 +4,11 @@ use super::ffi::call;
 use super::{HostError, HostResult};
 use crate::density::radius::Radii;
 use crate::host::abi::{
-    VptObserver, VptProgress, VptShooting, VptStats, VPT_SHOOTING_METROPOLIS, VPT_SHOOTING_UNIFORM,
+    VptError, VptObserver, VptProgress, VptShooting, VptStats, VPT_SHOOTING_METROPOLIS,
+    VPT_SHOOTING_UNIFORM,
 };
 use crate::markov::{FamilyReport, Mode};
-use crate::method::{Observer, Progress, Stats};
+use crate::method::{ErrorEstimate, Observer, Progress, Stats};
 use crate::transport::photon::PerFamily;
 use std::ffi::{c_char, c_void};
 use std::ops::ControlFlow;
@@ -46,6 +47,7 @@ unsafe extern "C" fn bridge_progress(context: *mut c_void, progress: *const VptP
             surface: read_shooting(&p.surface_shooting),
             medium: read_shooting(&p.medium_shooting),
         },
+        error: read_error(&p.error),
     };
     let watched = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         bridge.observer.progress(&progress)
@@ -65,6 +67,18 @@ fn read_shooting(raw: &VptShooting) -> FamilyReport {
         mutation_size: raw.mutation_size,
         ..FamilyReport::default()
     }
+}
+
+fn read_error(raw: &VptError) -> Option<ErrorEstimate> {
+    (raw.jitters > 0).then_some(ErrorEstimate {
+        relative: raw.relative,
+        noise: raw.noise,
+        bias: raw.bias,
+        noise_decay: raw.noise_decay,
+        bias_decay: raw.bias_decay,
+        correlation: raw.correlation,
+        jitters: raw.jitters,
+    })
 }
 
 unsafe extern "C" fn bridge_finished(context: *mut c_void, stats: *const VptStats) {

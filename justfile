@@ -20,6 +20,10 @@ agreement:
 markov:
     cargo test --release --test markov -- --ignored --nocapture
 
+# Estimated errors of all methods against true ones
+calibration:
+    cargo test --release --test error_estimate -- --ignored --nocapture
+
 bench:
     cargo bench
 

@@ -53,7 +53,7 @@ impl Goal {
         let error = progress.error?;
         let mark = self.target_error.unwrap_or_else(|| mark_below(&error));
         let factor = error.passes_factor(mark)?;
-        (factor > 1.0).then(|| (mark, progress.seconds * (factor - 1.0)))
+        (factor > 1.0).then_some((mark, progress.seconds * (factor - 1.0)))
     }
 }
 

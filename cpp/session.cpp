@@ -260,6 +260,17 @@ void render(Object *root, uint32_t sensor, uint32_t seed, uint32_t passes) {
     scene->integrator()->render(scene, sensor, seed, passes, false, true);
 }
 
+// The film's picture without the channels of errors, which few formats can hold.
+template <typename Float, typename Spectrum> ref<Bitmap> picture(Object *root, uint32_t sensor) {
+    ref<Bitmap> bitmap = film<Float, Spectrum>(root, sensor)->bitmap();
+    if (bitmap->pixel_format() != Bitmap::PixelFormat::MultiChannel)
+        return bitmap;
+    for (auto &[layer, part] : bitmap->split())
+        if (layer == "<root>")
+            return part;
+    Throw("the film has no channels of a picture");
+}
+
 template <typename Float, typename Spectrum>
 void write(Object *root, uint32_t sensor, const fs::path &path) {
     auto *film = ::film<Float, Spectrum>(root, sensor);
@@ -267,7 +278,7 @@ void write(Object *root, uint32_t sensor, const fs::path &path) {
     if (path.extension().string() == ".exr" && film_writes_exr)
         film->write(path);
     else
-        film->bitmap()->write(path);
+        picture<Float, Spectrum>(root, sensor)->write(path);
 }
 
 // Gives the engine's callbacks for a scene, to be used until the returned owner is released.
@@ -308,7 +319,7 @@ uint32_t render_with(Object *root, Object *integrator, uint32_t sensor, uint32_t
 // Linear RGB in f32 for formats that want a transfer curve.
 template <typename Float, typename Spectrum>
 void read_rgb(Object *root, uint32_t sensor, float *out) {
-    ref<Bitmap> bitmap = film<Float, Spectrum>(root, sensor)->bitmap();
+    ref<Bitmap> bitmap = picture<Float, Spectrum>(root, sensor);
     ref<Bitmap> rgb = bitmap->convert(Bitmap::PixelFormat::RGB, bitmap->component_format(), false);
     std::memcpy(out, rgb->data(), (size_t) rgb->width() * rgb->height() * 3 * sizeof(float));
 }

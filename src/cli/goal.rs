@@ -2,8 +2,9 @@
 
 use vpt::method::{ErrorEstimate, Progress};
 
-/// Passes asked for where accuracy or time is to end the render: more than anybody waits for.
-pub const OPEN_PASSES: u32 = 1_000_000;
+/// Passes asked for where accuracy is to end the render: more than anybody waits for, and a number that no
+/// sampler rounds.
+pub const OPEN_PASSES: u32 = 1 << 20;
 
 /// Errors that are aimed at when none is given, and each a tenth of that, and so on.
 const MARKS: [f64; 3] = [0.1, 0.05, 0.02];
@@ -32,7 +33,7 @@ impl Goal {
         if passes_done == 0 || passes_done >= passes {
             return None;
         }
-        let for_passes = (passes < OPEN_PASSES)
+        let for_passes = (passes != OPEN_PASSES)
             .then(|| seconds / f64::from(passes_done) * f64::from(passes - passes_done));
         let for_time = self.timeout.map(|timeout| timeout - seconds);
         let for_target = self.factor_to_target(progress).map(|factor| seconds * (factor - 1.0));

@@ -92,7 +92,7 @@ impl Reporter {
             Display::Bar(bar) => {
                 let first = bar.length().is_none();
                 bar.set_message(details(progress, &self.goal));
-                if progress.passes < OPEN_PASSES {
+                if progress.passes != OPEN_PASSES {
                     bar.set_length(progress.passes.into());
                 } else if first {
                     bar.set_style(Display::open_style());
@@ -171,7 +171,7 @@ fn shooting(family: &str, report: &FamilyReport) -> Option<String> {
 /// The line of plain progress after a pass.
 fn line(progress: &Progress, goal: &Goal) -> String {
     let Progress { passes_done, passes, .. } = *progress;
-    let of = if passes < OPEN_PASSES { format!(" of {passes}") } else { String::new() };
+    let of = if passes != OPEN_PASSES { format!(" of {passes}") } else { String::new() };
     let seconds = text::seconds(progress.seconds);
     format!("pass {passes_done}{of}, {seconds}{}", details(progress, goal))
 }

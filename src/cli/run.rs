@@ -59,7 +59,7 @@ fn render_passes(
     }
     if let Some(cause) = cause(ending) {
         let (done, asked) = (stats.passes, reporter.passes());
-        let of = if asked < OPEN_PASSES { format!(" of {asked}") } else { String::new() };
+        let of = if asked != OPEN_PASSES { format!(" of {asked}") } else { String::new() };
         display.say(&format!(
             "note: stopped by {cause} after {done}{of} passes; the picture is of those"
         ));

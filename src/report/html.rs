@@ -72,8 +72,11 @@ fn header(comparison: &Comparison) -> String {
     match reference.noise {
         Some(noise) => {
             let relative = text::percent(noise.relative_mse.sqrt());
-            let _ =
-                write!(out, "; its own noise is {relative} (RMSE {}).", text::number(noise.rmse));
+            let bias = comparison.reference.bias.map_or(String::new(), |bias| {
+                format!(", its bias at most about {}", text::percent(bias))
+            });
+            let rmse = text::number(noise.rmse);
+            let _ = write!(out, "; its own noise is {relative} (RMSE {rmse}){bias}.");
         }
         None => out += "; its own noise is not known.",
     }
@@ -112,11 +115,8 @@ fn summary_table(comparison: &Comparison, summaries: &[Summary]) -> String {
         }
     }
     out += "</table>";
-    for method in &comparison.methods {
-        if let Some(flaw) = &method.flaw {
-            let _ =
-                write!(out, "<p class=\"note\">* {}: {}</p>", escape(&method.name), escape(flaw));
-        }
+    for line in text::explained_marks(comparison) {
+        let _ = write!(out, "<p class=\"note\">{}</p>", escape(&line));
     }
     out
 }

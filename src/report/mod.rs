@@ -12,6 +12,7 @@
 //! csv, html, table          the results for programs, for the eye, for the terminal
 //! ```
 
+mod axis;
 pub mod crops;
 pub mod csv;
 pub mod curve;

@@ -6,6 +6,7 @@ mod entrant;
 mod entry;
 mod folder;
 mod job;
+mod kernels;
 mod ledger;
 mod meter;
 mod own;

@@ -4,6 +4,7 @@
 use super::contestants::Contestant;
 use super::entry::{Ground, Meaning};
 use super::job::CompareError;
+use super::kernels;
 use super::meter::Meter;
 use super::protocol::{receive, receive_pixels, send, send_pixels, Order, Reply, Request};
 use crate::cli::failure::Failure;
@@ -31,19 +32,18 @@ pub struct Remote {
     work: u64,
     memory: Option<u64>,
     phases: Vec<Phase>,
-    /// Where Dr.Jit keeps compiled kernels: an empty folder, so that compiling them counts.
     _kernels: TempDir,
 }
 
 impl Remote {
     /// Starts the process and waits until it is ready to render.
     pub fn start(order: &Order) -> Result<Self> {
-        let kernels = tempfile::tempdir().context("cannot make a folder for compiled kernels")?;
+        let kernels = kernels::empty_folder()?;
         let program = std::env::current_exe().context("cannot tell where this program is")?;
         let mut command = Command::new(program);
         command.arg(COMMAND).stdin(Stdio::piped()).stdout(Stdio::piped());
         // Ctrl-C in the terminal is for the comparison alone.
-        command.env("DRJIT_CACHE_DIR", kernels.path()).process_group(0);
+        command.env(kernels::VARIABLE, kernels.path()).process_group(0);
         let mut process = command.spawn().context("cannot start this program once more")?;
         let (requests, replies) = (process.stdin.take(), process.stdout.take());
         let mut remote = Remote {

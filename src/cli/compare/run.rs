@@ -6,7 +6,7 @@ use super::job::CompareJob;
 use super::ledger::Ledger;
 use super::reference::{self, Subject};
 use super::schedule::{take_turns, Lane};
-use super::{scene_files, settings};
+use super::{kernels, scene_files, settings};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::{memory, print_result, say, text};
@@ -34,6 +34,9 @@ struct Field<'a> {
 
 /// Loads, checks, renders, measures, writes. Nothing is rendered before everything that can be checked was checked.
 pub fn run(job: &CompareJob) -> Result<(), Failure> {
+    let kernels = kernels::empty_folder().map_err(Failure::failed)?;
+    // No other thread runs yet.
+    std::env::set_var(kernels::VARIABLE, kernels.path());
     let session =
         Session::start(job.variant.as_deref(), None, job.verbosity).map_err(Failure::failed)?;
     let scene = session.load(&job.scene).map_err(Failure::bad_input)?;

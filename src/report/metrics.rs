@@ -113,6 +113,14 @@ mod tests {
     }
 
     #[test]
+    fn errors_that_are_no_numbers_survive_a_file() {
+        let errors = Errors { rmse: f64::NAN, relative_mse: f64::INFINITY, flip: 0.5 };
+        let text = serde_json::to_string(&errors).unwrap();
+        let read: Errors = serde_json::from_str(&text).unwrap();
+        assert!(read.rmse.is_nan() && read.relative_mse.is_nan() && read.flip == 0.5);
+    }
+
+    #[test]
     fn black_reference_gives_finite_errors() {
         let errors = Judge::new(grey(0.0)).errors(&grey(0.0));
         assert_eq!(errors.relative_mse, 0.0);

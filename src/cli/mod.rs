@@ -58,6 +58,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             let job = CompareJob::new(arguments).map_err(Failure::bad_input)?;
             compare::run(&job)
         }
+        Command::Contestant => compare::serve(),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),
     }
 }

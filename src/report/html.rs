@@ -81,9 +81,10 @@ fn header(comparison: &Comparison) -> String {
     match reference.noise {
         Some(noise) => {
             let relative = text::percent(noise.relative_mse.sqrt());
-            let bias = comparison.reference.bias.map_or(String::new(), |bias| {
-                format!(", its bias at most about {}", text::percent(bias))
-            });
+            let bias = comparison
+                .reference
+                .bias
+                .map_or(String::new(), |bias| format!(", its bias about {}", text::percent(bias)));
             let rmse = text::number(noise.rmse);
             let _ = write!(out, "; its own noise is {relative} (RMSE {rmse}){bias}.");
         }

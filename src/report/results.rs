@@ -38,7 +38,7 @@ pub struct Reference {
     pub mean: f64,
     /// None for a file from elsewhere.
     pub noise: Option<Noise>,
-    /// What its bias hardly exceeds, root mean square in the measure of [`Errors::relative`]; None where it has none
+    /// An upper estimate of its bias, root mean square in the measure of [`Errors::relative`]; None where it has none
     /// or nothing is known of it.
     #[serde(default)]
     pub bias: Option<f64>,

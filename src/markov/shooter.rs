@@ -24,10 +24,15 @@ const UNIFORM_EFFORT: f64 = 0.5;
 /// each gets; but a renderer that computes a batch in one kernel wants it full.
 const ITERATIONS_ALONE: u64 = 256;
 const ITERATIONS_BY_KERNEL: u64 = 32;
-/// Iterations of a round where threads work side by side, and rounds that a pass has at least.
+/// Iterations and walks of a round where threads work side by side, and rounds that a pass has at least.
 const ITERATIONS_PER_ROUND: u64 = 16;
+const WALKS_PER_ROUND: u64 = 4096;
 const ROUNDS: u64 = 8;
-const CHAINS: std::ops::RangeInclusive<u64> = 64..=1 << 16;
+/// The automatic number of chains: at least this many, and at most what keeps threads or a kernel busy. More
+/// would cost memory, and each would get less far.
+const FEWEST_CHAINS: u64 = 64;
+const MOST_CHAINS_ALONE: u64 = 1 << 10;
+const MOST_CHAINS_BY_KERNEL: u64 = 1 << 16;
 /// Lanes per batch where several threads work side by side: small, so that each gets some.
 const CONCURRENT_LANES: u64 = 64;
 
@@ -268,9 +273,13 @@ impl ChainShooter {
     /// As many chains as leave room for several iterations of uniform walks and of both families'
     /// mutations, unless the number is given.
     fn chain_count(&self, walks: u64, concurrent: bool) -> u64 {
-        let iterations = if concurrent { ITERATIONS_ALONE } else { ITERATIONS_BY_KERNEL };
+        let (iterations, most) = if concurrent {
+            (ITERATIONS_ALONE, MOST_CHAINS_ALONE)
+        } else {
+            (ITERATIONS_BY_KERNEL, MOST_CHAINS_BY_KERNEL)
+        };
         match self.chains {
-            0 => (walks / (3 * iterations)).clamp(*CHAINS.start(), *CHAINS.end()),
+            0 => (walks / (3 * iterations)).clamp(FEWEST_CHAINS, most),
             given => given,
         }
     }
@@ -282,13 +291,16 @@ impl ChainShooter {
         ((chains as f64 * balance) as u64).max(1)
     }
 
-    /// Rounds give threads that work side by side something to do, but leave several to a pass.
+    /// Rounds give threads that work side by side something to do, but leave several to a pass, and hold the
+    /// deposits of their walks.
     fn iterations_per_round(&mut self, target: &Target, walks: u64, uniform_walks: u64) -> u64 {
         if !target.scene.batching().concurrent {
             return 1;
         }
         let chains: usize = self.in_use().map(|(_, population)| population.chain_count()).sum();
-        (walks / (uniform_walks + chains as u64) / ROUNDS).clamp(1, ITERATIONS_PER_ROUND)
+        let per_iteration = uniform_walks + chains as u64;
+        let most = (WALKS_PER_ROUND / per_iteration).min(walks / per_iteration / ROUNDS);
+        most.clamp(1, ITERATIONS_PER_ROUND)
     }
 
     // [Hachisuka 2011], all chains at once

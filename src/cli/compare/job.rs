@@ -23,11 +23,29 @@ pub struct CompareJob {
     pub reference: Option<(PathBuf, Picture)>,
     /// Seconds.
     pub reference_time: f64,
+    /// None leaves the photons per pass to the scene, for all methods.
+    pub per_pass: Option<PerPass>,
     pub folder: Folder,
     pub variant: Option<String>,
     pub sensor: usize,
     pub verbosity: u8,
     pub quiet: bool,
+}
+
+/// Walks per pass by what they leave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PerPass {
+    pub photons: u64,
+    pub beams: u64,
+}
+
+impl PerPass {
+    pub fn of(self, method: Method) -> u64 {
+        match method {
+            Method::Ppt | Method::PptMetro | Method::Apa => self.photons,
+            Method::Ppbt | Method::PpbtMetro | Method::Ppb => self.beams,
+        }
+    }
 }
 
 /// A mistake in the arguments of a comparison, with the mend.
@@ -101,6 +119,7 @@ impl CompareJob {
             seeds: arguments.seeds,
             reference,
             reference_time,
+            per_pass: None,
             folder: Folder::check(folder)?,
             variant: arguments.variant,
             sensor: arguments.sensor,

@@ -9,5 +9,6 @@ mod reference;
 mod run;
 mod schedule;
 
-pub use job::CompareJob;
-pub use run::run;
+pub use folder::{Folder, FolderError};
+pub use job::{CompareError, CompareJob, PerPass};
+pub use run::{measure, run};

@@ -1,7 +1,7 @@
 //! Runs a comparison, and tells the user what came of it.
 
 use super::contestants::{Contestant, Ours, Own, Preparation};
-use super::job::{CompareError, CompareJob};
+use super::job::{CompareError, CompareJob, PerPass};
 use super::own::Stream;
 use super::reference::{self, Subject};
 use super::schedule::{take_turns, Lane};
@@ -40,24 +40,45 @@ struct Field<'a> {
     entries: Vec<Entry>,
 }
 
-/// Loads, checks, renders, measures, writes. Nothing is rendered before everything that can be checked was checked.
 pub fn run(job: &CompareJob) -> Result<(), Failure> {
     let session =
         Session::start(job.variant.as_deref(), None, job.verbosity).map_err(Failure::failed)?;
+    let quiet = job.quiet;
+    let interrupt = Interrupt::listen(move || {
+        tell(
+            quiet,
+            "stopping after this step, to write the report; Ctrl-C again aborts without one",
+        );
+    });
+    let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
+    measure(&session, job, &interrupt).map(drop)
+}
+
+/// Loads, checks, renders, measures, writes. Nothing is rendered before everything that can be checked was checked.
+pub fn measure(
+    session: &Session,
+    job: &CompareJob,
+    interrupt: &Interrupt,
+) -> Result<Comparison, Failure> {
     let scene = session.load(&job.scene).map_err(Failure::bad_input)?;
     crate::cli::job::check_sensor(job.sensor, scene.sensor_count(), &job.scene.path)
         .map_err(Failure::bad_input)?;
     let size = scene.film_size(job.sensor);
     job.check_reference(size).map_err(Failure::bad_input)?;
     let parameters = scene.parameters(job.sensor).map_err(Failure::bad_input)?;
-    let entries = job.methods.iter().map(|name| entry(name, &session, &parameters));
+    let entries = job.methods.iter().map(|name| entry(name, session, &parameters, job.per_pass));
     let entries = entries.collect::<Result<_>>().map_err(Failure::bad_input)?;
-    let field = Field { job, session: &session, scene: &scene, size, entries };
-    compete(&field, parameters.limits)
+    let field = Field { job, session, scene: &scene, size, entries };
+    compete(&field, parameters.limits, interrupt)
 }
 
 /// Finds out what a name means; a method of vpt takes the scene's parameters, an integrator its limits.
-fn entry(name: &str, session: &Session, scene: &Parameters) -> Result<Entry> {
+fn entry(
+    name: &str,
+    session: &Session,
+    scene: &Parameters,
+    per_pass: Option<PerPass>,
+) -> Result<Entry> {
     let Ok(method) = name.parse::<Method>() else {
         if name == "vpt" || !session.knows_integrator(name) {
             return Err(CompareError::unknown_method(name).into());
@@ -70,7 +91,8 @@ fn entry(name: &str, session: &Session, scene: &Parameters) -> Result<Entry> {
     };
     // The scene may say how photons are shot for its own method; others shoot as their names have it.
     let shooting = scene.shooting.filter(|_| scene.method == method);
-    let parameters = Parameters { method, shooting, timeout: None, ..scene.clone() };
+    let photons = per_pass.map_or(scene.photons, |per_pass| per_pass.of(method));
+    let parameters = Parameters { method, shooting, photons, timeout: None, ..scene.clone() };
     parameters.validate()?;
     Ok(Entry::Ours(parameters))
 }
@@ -90,33 +112,28 @@ impl Entry {
     }
 }
 
-fn compete(field: &Field, limits: PathLimits) -> Result<(), Failure> {
+fn compete(
+    field: &Field,
+    limits: PathLimits,
+    interrupt: &Interrupt,
+) -> Result<Comparison, Failure> {
     let job = field.job;
     job.folder.make().map_err(Failure::failed)?;
-    let quiet = job.quiet;
-    let tell = move |line: &str| {
-        if !quiet {
-            say(line);
-        }
-    };
-    let interrupt = Interrupt::listen(move || {
-        tell("stopping after this step, to write the report; Ctrl-C again aborts without one");
-    });
-    let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
+    let tell = |line: &str| tell(job.quiet, line);
     announce(field, tell);
 
     let media = field.scene.lend(job.sensor).map_err(Failure::failed)?;
     let media = media.scene().description().media.clone();
     let Field { session, scene, size, .. } = *field;
     let subject = Subject { session, scene, size, media: &media, limits };
-    let obtained = reference::obtain(job, &subject, &interrupt, tell).map_err(Failure::failed)?;
+    let obtained = reference::obtain(job, &subject, interrupt, tell).map_err(Failure::failed)?;
     let Some((picture, reference)) = obtained else { return Err(nothing_measured()) };
     let judge = Judge::new(picture);
 
     let mut results = blank(field, reference, !media.is_empty());
     let mut pictures = Vec::new();
     for seed in 0..job.seeds {
-        let shown = race(field, seed, &judge, &interrupt, &mut results, tell);
+        let shown = race(field, seed, &judge, interrupt, &mut results, tell);
         let shown = shown.map_err(Failure::failed)?;
         if seed == 0 {
             pictures = shown;
@@ -131,7 +148,15 @@ fn compete(field: &Field, limits: PathLimits) -> Result<(), Failure> {
     if results.methods.iter().all(|method| method.runs.is_empty()) {
         return Err(nothing_measured());
     }
-    conclude(job, &results, Pictures { reference: judge.reference().clone(), methods: pictures })
+    conclude(job, &results, Pictures { reference: judge.reference().clone(), methods: pictures })?;
+    Ok(results)
+}
+
+/// Says a line unless the user wants quiet.
+fn tell(quiet: bool, line: &str) {
+    if !quiet {
+        say(line);
+    }
 }
 
 fn nothing_measured() -> Failure {

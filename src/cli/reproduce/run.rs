@@ -1,0 +1,55 @@
+//! Reproduces what was asked for, scene by scene.
+
+use super::job::ReproduceJob;
+use super::scenes::PaperScene;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::{compare, print_result, say};
+use anyhow::Context;
+use std::fs;
+use std::path::PathBuf;
+use vpt::host::session::Session;
+
+/// Writes all scenes, then renders them one after the other.
+pub fn run(job: &ReproduceJob) -> Result<(), Failure> {
+    let quiet = job.arguments.quiet;
+    let tell = move |line: &str| {
+        if !quiet {
+            say(line);
+        }
+    };
+    let files = prepare(job, tell)?;
+    if job.arguments.prepare {
+        return files.iter().try_for_each(|file| print_result(&file.display().to_string()));
+    }
+    let comparisons =
+        job.scenes.iter().zip(&files).map(|(&scene, file)| job.comparison(scene, file));
+    let comparisons = comparisons.collect::<Result<Vec<_>, _>>().map_err(Failure::bad_input)?;
+    let session = Session::start(job.arguments.variant.as_deref(), None, job.arguments.verbose)
+        .map_err(Failure::failed)?;
+    let interrupt = Interrupt::listen(move || {
+        tell("stopping after this step, to write the report; Ctrl-C again aborts without one");
+    });
+    let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
+    for comparison in &comparisons {
+        compare::measure(&session, comparison, &interrupt)?;
+        if interrupt.requested() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The paths of all scenes, whose files are written where they are the project's.
+fn prepare(job: &ReproduceJob, tell: impl Fn(&str) + Copy) -> Result<Vec<PathBuf>, Failure> {
+    let path = |&scene: &PaperScene| {
+        let folder = job.folder(scene);
+        fs::create_dir_all(&folder)
+            .with_context(|| format!("cannot make the folder \"{}\"", folder.display()))?;
+        match &job.arguments.file {
+            Some(file) => Ok(file.clone()),
+            None => scene.write(&folder, job.arguments.dragon.as_deref(), tell),
+        }
+    };
+    job.scenes.iter().map(path).collect::<anyhow::Result<_>>().map_err(Failure::failed)
+}

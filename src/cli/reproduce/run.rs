@@ -1,7 +1,9 @@
 //! Reproduces what was asked for, scene by scene.
 
+use super::growth::Probe;
 use super::job::ReproduceJob;
 use super::scenes::PaperScene;
+use super::{claims, evidence, statement};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::{compare, print_result, say};
@@ -31,13 +33,29 @@ pub fn run(job: &ReproduceJob) -> Result<(), Failure> {
         tell("stopping after this step, to write the report; Ctrl-C again aborts without one");
     });
     let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
-    for comparison in &comparisons {
+    for ((&scene, file), comparison) in job.scenes.iter().zip(&files).zip(&comparisons) {
         compare::measure(&session, comparison, &interrupt)?;
+        tell("measuring memory, in renders of two passes");
+        let probe = Probe { job, scene, file };
+        probe.measure(|| interrupt.requested()).map_err(Failure::failed)?;
         if interrupt.requested() {
             break;
         }
     }
-    Ok(())
+    conclude(job)
+}
+
+/// Judges the claims by all that the folder holds.
+fn conclude(job: &ReproduceJob) -> Result<(), Failure> {
+    let output = &job.arguments.output;
+    let evidence = evidence::read(output);
+    let claims = claims::judge(&evidence);
+    statement::write(output, &evidence, &claims).map_err(Failure::failed)?;
+    if job.arguments.quiet {
+        return Ok(());
+    }
+    print_result(&statement::summary(&claims))?;
+    print_result(&format!("wrote \"{}\"", output.join("claims.md").display()))
 }
 
 /// The paths of all scenes, whose files are written where they are the project's.

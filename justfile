@@ -20,6 +20,10 @@ agreement:
 markov:
     cargo test --release --test markov -- --ignored --nocapture
 
+# The paper's measurements again: `just reproduce kitchen --budget 5m`
+reproduce *ARGS="all":
+    cargo run --release -- reproduce {{ARGS}}
+
 bench:
     cargo bench
 

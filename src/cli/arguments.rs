@@ -136,7 +136,7 @@ pub struct ReproduceArguments {
     #[arg(value_name = "SCENE")]
     pub choice: Choice,
     /// Time for each scene, such as 90s, 5m or 2h: a quarter for the reference, the rest divided equally among methods
-    /// and seeds [default: 10m, or the paper's hours with --paper]
+    /// and seeds; memory is measured on top [default: 10m, or the paper's hours with --paper]
     #[arg(long, value_name = "TIME", value_parser = parse_span)]
     pub budget: Option<Duration>,
     /// Repetitions with other random numbers; without a second one no claim can be decided
@@ -161,6 +161,9 @@ pub struct ReproduceArguments {
     /// Folder for scenes, reports and claims
     #[arg(short, long, value_name = "DIR", default_value = "reproduction")]
     pub output: PathBuf,
+    /// Leave out how memory grows with photons, which takes about a minute for each scene
+    #[arg(long)]
+    pub no_memory: bool,
     /// Write the scenes into the folder, and render nothing
     #[arg(long)]
     pub prepare: bool,

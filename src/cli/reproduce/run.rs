@@ -35,9 +35,11 @@ pub fn run(job: &ReproduceJob) -> Result<(), Failure> {
     let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
     for ((&scene, file), comparison) in job.scenes.iter().zip(&files).zip(&comparisons) {
         compare::measure(&session, comparison, &interrupt)?;
-        tell("measuring memory, in renders of two passes");
-        let probe = Probe { job, scene, file };
-        probe.measure(|| interrupt.requested()).map_err(Failure::failed)?;
+        if !job.arguments.no_memory {
+            tell("measuring how memory grows with photons, in renders of two passes");
+            let probe = Probe { job, scene, file };
+            probe.measure(|| interrupt.requested()).map_err(Failure::failed)?;
+        }
         if interrupt.requested() {
             break;
         }

@@ -1,12 +1,12 @@
 //! The parameters of the paper's measurements.
 
 use super::scenes::PaperScene;
+use crate::cli::compare::PerPass;
 use std::time::Duration;
+use vpt::method::Method;
 
 /// Share of the photons kept from pass to pass, for all methods. [Collin 2013 §6]
 pub const ALPHA: f32 = 0.7;
-/// The six methods. [Collin 2013 §6]
-pub const METHODS: [&str; 6] = ["ppt", "ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"];
 
 /// A row of the paper's Table 2. A walk here gives photons to surfaces and media alike, while the paper shoots either
 /// kind apart: the table's number of volume photons or photon beams is the number of walks per pass, and the surface
@@ -15,10 +15,7 @@ pub const METHODS: [&str; 6] = ["ppt", "ppbt", "ppt_metro", "ppbt_metro", "apa",
 pub struct Row {
     /// Width and height in pixels.
     pub resolution: [u32; 2],
-    /// Walks per pass of the methods with photon points.
-    pub photons: u64,
-    /// Walks per pass of the methods with photon beams.
-    pub beams: u64,
+    pub per_pass: PerPass,
     /// Rendering time of every method.
     pub time: Duration,
 }
@@ -28,7 +25,7 @@ impl Row {
     pub fn paper(scene: PaperScene) -> Self {
         let row = |resolution, photons, beams, hours: u64| {
             let time = Duration::from_secs(3600 * hours);
-            Row { resolution, photons, beams, time }
+            Row { resolution, per_pass: PerPass { photons, beams }, time }
         };
         match scene {
             PaperScene::DragonSmokes => row([768, 768], 50_000, 5_000, 1),
@@ -61,7 +58,7 @@ impl Times {
     /// A quarter of the budget for the reference, the rest divided equally.
     pub fn within(budget: Duration, seeds: u32) -> Self {
         let budget = budget.as_secs_f64();
-        let runs = METHODS.len() as f64 * f64::from(seeds);
+        let runs = Method::ALL.len() as f64 * f64::from(seeds);
         Times { reference: 0.25 * budget, method: 0.75 * budget / runs }
     }
 

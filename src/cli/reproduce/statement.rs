@@ -93,7 +93,11 @@ pub fn summary(claims: &[Claim]) -> String {
     for Claim { id, claim, verdict, findings, .. } in claims {
         lines.push(format!("({id}) {}: {claim}", verdict.text()));
         let deciding = findings.iter().filter(|finding| finding.verdict == *verdict);
-        lines.extend(deciding.map(|finding| format!("    {}: {}", finding.scene, finding.numbers)));
+        let mut told: Vec<String> =
+            deciding.map(|finding| format!("    {}: {}", finding.scene, finding.numbers)).collect();
+        // What was not measured need not be said for each of its parts.
+        told.dedup();
+        lines.extend(told);
     }
     lines.join("\n")
 }

@@ -1,15 +1,19 @@
-//! `vpt compare` as its user meets it: a short comparison with all its files, an interrupted one, and refusals.
+//! `vpt compare` as its user meets it: a short comparison with all its files, interrupted ones that go on, contestants in
+//! another variant, references by either side, and refusals.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
 #[allow(dead_code)]
 #[path = "support/image.rs"]
 mod image;
+
+#[path = "support/llvm.rs"]
+mod llvm;
 
 use image::Image;
 
@@ -52,12 +56,15 @@ fn short_comparison_leaves_a_report_and_its_errors_fall() {
     let results = results(folder.path());
     assert_eq!(results["interrupted"], false);
     assert!(results["reference"]["noise"]["rmse"].as_f64().unwrap() > 0.0);
+    let origin = results["reference"]["origin"].as_str().unwrap();
+    assert!(origin.contains("chosen by a trial, in which volpath had a noise of"), "{origin}");
     assert_eq!(results["summary"].as_array().unwrap().len(), 2);
     for method in results["methods"].as_array().unwrap() {
         assert_eq!(method["runs"].as_array().unwrap().len(), 2);
         for run in method["runs"].as_array().unwrap() {
             // The bias of the radii falls more slowly than noise.
             check_run(run, if method["ours"] == true { 0.95 } else { 0.5 });
+            check_images(&folder.path().join("out"), run);
         }
     }
     picture_is_that_of_a_render(folder.path(), &results);
@@ -90,17 +97,157 @@ fn check_run(run: &Value, share: f64) {
     assert!((0.0..=1.0).contains(&of(last, "flip")));
 }
 
+/// Every picture of the first seed is kept, of others the last.
+fn check_images(folder: &Path, run: &Value) {
+    let snapshots = run["snapshots"].as_array().unwrap();
+    for (index, snapshot) in snapshots.iter().enumerate() {
+        let kept = run["seed"] == 0 || index + 1 == snapshots.len();
+        assert_eq!(snapshot["image"].is_string(), kept, "{snapshot}");
+        if let Some(image) = snapshot["image"].as_str() {
+            assert!(folder.join(image).is_file(), "{image}");
+        }
+    }
+}
+
 fn reference_is_kept(folder: &Path, words: &str) {
     let output = compare(folder, &format!("{words} --seeds 1"));
     assert!(said(&output).contains("taking the reference from"), "{}", said(&output));
 }
 
-#[test]
-fn interrupted_comparison_keeps_what_it_measured() {
+/// A folder with a grey picture of the scene's size.
+fn folder_with_reference() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let reference = folder.path().join("reference.exr");
-    let size = 64;
-    exr::prelude::write_rgb_file(&reference, size, size, |_, _| (0.5f32, 0.5f32, 0.5f32)).unwrap();
+    exr::prelude::write_rgb_file(&reference, 64, 64, |_, _| (0.5f32, 0.5f32, 0.5f32)).unwrap();
+    folder
+}
+
+/// Waits until the results on disk are as wanted, which must be before the comparison is over.
+fn wait_for(folder: &Path, child: &mut Child, wanted: impl Fn(&Value) -> bool) {
+    let start = Instant::now();
+    loop {
+        if folder.join("out/results.json").is_file() && wanted(&results(folder)) {
+            return;
+        }
+        assert!(child.try_wait().unwrap().is_none(), "it is over already");
+        assert!(start.elapsed() < Duration::from_secs(120), "it was never as wanted");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn complete_runs(results: &Value) -> usize {
+    let methods = results["methods"].as_array().unwrap().iter();
+    let runs = methods.flat_map(|method| method["runs"].as_array().unwrap());
+    runs.filter(|run| run["complete"] == true).count()
+}
+
+#[test]
+fn killed_comparison_goes_on_with_the_runs_that_were_not_complete() {
+    let folder = folder_with_reference();
+    let words =
+        "--methods ppt,volpath --time 3 --set photons=1000 -o out --reference reference.exr";
+    let list: Vec<_> = words.split(' ').collect();
+    let mut child = command(folder.path(), &list).stderr(Stdio::null()).spawn().unwrap();
+    wait_for(folder.path(), &mut child, |results| {
+        complete_runs(results) == 2 && results["methods"][0]["runs"][1]["snapshots"][1].is_object()
+    });
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let killed = results(folder.path());
+    assert_eq!(killed["interrupted"], true);
+
+    let output = compare(folder.path(), &words.replace("--time 3", "--time 4 --sensor 0"));
+    let message = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    for part in ["\"out\" holds an interrupted comparison", "--time was 3, is 4;", "--restart"] {
+        assert!(message.contains(part), "no {part:?} in: {message}");
+    }
+    assert_eq!(results(folder.path()), killed);
+
+    let output = compare(folder.path(), words);
+    let message = said(&output);
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    assert!(message.contains("2 of 4 runs are complete"), "{message}");
+    let finished = results(folder.path());
+    assert_eq!(finished["interrupted"], false);
+    assert_eq!(complete_runs(&finished), 4);
+    for method in 0..2 {
+        let run = |results: &Value, seed: usize| results["methods"][method]["runs"][seed].clone();
+        assert_eq!(run(&finished, 0), run(&killed, 0));
+        assert_ne!(run(&finished, 1), run(&killed, 1));
+        for seed in 0..2 {
+            check_images(&folder.path().join("out"), &run(&finished, seed));
+        }
+    }
+    let html = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(html.contains("was interrupted and went on") && html.contains("<svg"));
+}
+
+#[test]
+fn contestants_in_another_variant_render_the_same_picture() {
+    let path = match llvm::find_llvm() {
+        Ok(path) => path,
+        Err(reason) => return eprintln!("SKIPPED: {reason}"),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let words = "--methods volpath,volpath@llvm_ad_rgb,ppt@llvm_ad_rgb --time 6 --seeds 1 -o out \
+                 --reference-time 2 --reference-method volpath";
+    let list: Vec<_> = words.split_whitespace().collect();
+    let mut command = command(folder.path(), &list);
+    let output = command.env("DRJIT_LIBLLVM_PATH", path).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let results = results(folder.path());
+    let methods = results["methods"].as_array().unwrap();
+    for (method, variant) in methods.iter().zip(["scalar_rgb", "llvm_ad_rgb", "llvm_ad_rgb"]) {
+        assert_eq!(method["variant"], variant);
+        let memory = method["runs"][0]["peak_memory_bytes"].as_u64().unwrap();
+        assert!(variant == "scalar_rgb" || memory > 0, "{method}");
+        let last = method["runs"][0]["snapshots"].as_array().unwrap().last().unwrap();
+        // An empty or wrong picture has an error of about 1.
+        assert!(last["relative_mse"].as_f64().unwrap().sqrt() < 0.3, "{method}");
+    }
+    // Compiling the kernels takes longer than the scalar variant's first sample.
+    let first =
+        |method: usize| methods[method]["runs"][0]["snapshots"][0]["seconds"].as_f64().unwrap();
+    assert!(first(1) > first(0) + 0.1, "{} {}", first(0), first(1));
+}
+
+#[test]
+fn variant_that_cannot_start_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = ["--methods", "ppt,volpath@llvm_ad_rgb", "-o", "out"];
+    let mut command = command(folder.path(), &words);
+    let output = command.env("DRJIT_LIBLLVM_PATH", "/nowhere/libLLVM.so").output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    for part in ["volpath@llvm_ad_rgb", "LLVM shared library", "DRJIT_LIBLLVM_PATH"] {
+        assert!(said(&output).contains(part), "no {part:?} in: {}", said(&output));
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn reference_by_a_method_of_vpt_tells_its_bias_and_its_kin() {
+    let folder = tempfile::tempdir().unwrap();
+    let words =
+        "--methods apa,volpath --time 1 --seeds 1 -o out --set photons=5000 --reference-time 3 \
+                 --reference-method ppt";
+    let list: Vec<_> = words.split_whitespace().collect();
+    let output = command(folder.path(), &list).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let results = results(folder.path());
+    let reference = &results["reference"];
+    assert_eq!(reference["estimator"], "ppt");
+    assert!(reference["bias"].as_f64().unwrap() > 0.0, "{reference}");
+    assert!(reference["noise"]["relative_mse"].as_f64().unwrap() > 0.0, "{reference}");
+    assert_eq!(results["methods"][0]["shares_reference"], true);
+    assert_eq!(results["methods"][1]["shares_reference"], false);
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("† apa: the reference was rendered by the same estimator"), "{table}");
+}
+
+#[test]
+fn interrupted_comparison_keeps_what_it_measured() {
+    let folder = folder_with_reference();
     let words = "--methods ppt,volpath,ptracer --time 600 --set photons=1000 -o out --reference";
     let mut words: Vec<_> = words.split(' ').collect();
     words.push("reference.exr");
@@ -132,6 +279,8 @@ fn mistakes_are_refused_before_any_rendering() {
         ("--methods vpt", &["unknown method or integrator \"vpt\"", "ppt_metro"]),
         ("--methods ppt,ppt", &["\"ppt\" twice"]),
         ("--methods ,", &["empty name"]),
+        ("--methods ppt,volpath@fast", &["unknown variant \"fast\"", "llvm_ad_rgb"]),
+        ("--reference-method mlt", &["--reference-method", "\"mlt\"", "volpath"]),
         ("--time 0", &["--time is 0", "above 0"]),
         ("--seeds 0", &["--seeds"]),
         ("--reference small.exr", &["4 x 3", "64 x 64", "of that size"]),

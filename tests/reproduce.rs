@@ -59,7 +59,7 @@ fn check_scene(scene: &str, own: &str) {
     let output = reproduce(folder.path(), &words);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     let out = folder.path().join("out");
-    for file in ["report.html", "rmse.svg", "rmse.png", "results.csv", "images/ppt_metro.exr"] {
+    for file in ["report.html", "rmse.svg", "rmse.png", "results.csv", "images/reference.exr"] {
         assert!(out.join(scene).join(file).is_file(), "{file}");
     }
     let results = json(&out.join(scene).join("results.json"));

@@ -20,6 +20,9 @@ pub enum Command {
     Compare(CompareArguments),
     Reproduce(ReproduceArguments),
     PluginDir(PluginDirArguments),
+    /// Started by `compare`: one contestant in a process of its own.
+    #[command(name = "contestant", hide = true)]
+    Contestant,
 }
 
 /// Render a scene to a picture.
@@ -76,12 +79,14 @@ pub struct RenderArguments {
 /// Measure what accuracy costs in time: methods and integrators side by side, and a report.
 ///
 /// Every method renders the scene for the same wall time; pictures on the way are held against a
-/// reference. Ctrl-C ends early and writes the report of what was measured.
+/// reference. Ctrl-C ends early and writes the report of what was measured; the same command goes on
+/// where that or a crash ended it, with the runs that were not complete.
 #[derive(Debug, Args)]
 pub struct CompareArguments {
     /// Mitsuba scene (XML)
     pub scene: PathBuf,
-    /// Methods of vpt (ppt, ppbt, ppt_metro, ppbt_metro, apa, ppb) and Mitsuba's integrators
+    /// Methods of vpt (ppt, ppbt, ppt_metro, ppbt_metro, apa, ppb) and Mitsuba's integrators;
+    /// NAME@VARIANT renders in another variant than the others
     #[arg(
         long,
         value_name = "NAMES",
@@ -97,14 +102,21 @@ pub struct CompareArguments {
           value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: u32,
     /// Reference picture (EXR) [default: one is rendered by Mitsuba, and kept in the folder]
-    #[arg(long, value_name = "FILE", conflicts_with = "reference_time")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["reference_time", "reference_method"])]
     pub reference: Option<PathBuf>,
+    /// Who renders the reference: a method or integrator, or auto, by a trial of Mitsuba's path
+    /// tracer for the scene and ppt
+    #[arg(long, value_name = "NAME", default_value = "auto")]
+    pub reference_method: String,
     /// Wall time for the rendered reference [default: four times --time]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub reference_time: Option<f64>,
     /// Folder for the report [default: SCENE's name with -compare]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Start anew where the folder holds a comparison that was interrupted
+    #[arg(long)]
+    pub restart: bool,
     /// Value of the scene's parameter $NAME; may be given more than once
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_pair)]
     pub defines: Vec<(String, String)>,
@@ -155,12 +167,15 @@ pub struct ReproduceArguments {
     /// Mesh (PLY or OBJ) in place of the Stanford dragon, which npm fetches
     #[arg(long, value_name = "FILE")]
     pub dragon: Option<PathBuf>,
-    /// Reference picture (EXR) [default: one is rendered by Mitsuba, and kept in the folder]
+    /// Reference picture (EXR) [default: one is rendered, and kept in the folder]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// Folder for scenes, reports and claims
     #[arg(short, long, value_name = "DIR", default_value = "reproduction")]
     pub output: PathBuf,
+    /// Start anew where the folder holds a measurement that was interrupted
+    #[arg(long)]
+    pub restart: bool,
     /// Leave out how memory grows with photons, which takes about a minute for each scene
     #[arg(long)]
     pub no_memory: bool,

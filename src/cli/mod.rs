@@ -64,6 +64,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             let job = ReproduceJob::new(arguments).map_err(Failure::bad_input)?;
             reproduce::run(&job)
         }
+        Command::Contestant => compare::serve(),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),
     }
 }

@@ -15,6 +15,7 @@ pub fn write(comparison: &Comparison, out: impl Write) -> Result<(), csv::Error>
         "relative_mse",
         "relative_error",
         "flip",
+        "image",
     ])?;
     for method in &comparison.methods {
         for run in &method.runs {
@@ -29,6 +30,7 @@ pub fn write(comparison: &Comparison, out: impl Write) -> Result<(), csv::Error>
                     errors.relative_mse,
                     errors.relative(),
                     errors.flip,
+                    &shot.image,
                 ))?;
             }
         }
@@ -47,6 +49,6 @@ mod tests {
         write(&comparison(), &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         assert_eq!(text.lines().count(), 1 + 2 * 2 * 7);
-        assert!(text.lines().all(|line| line.split(',').count() == 8));
+        assert!(text.lines().all(|line| line.split(',').count() == 9));
     }
 }

@@ -2,17 +2,25 @@
 
 use super::flip::Flip;
 use super::picture::Picture;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Errors of a picture against the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Root of the mean squared difference, in the picture's unit.
+    #[serde(deserialize_with = "or_nan")]
     pub rmse: f64,
-    /// Mean of the squared differences, each over the reference's square; see [`Judge::relative_mse`].
+    /// Mean of the squared differences, each over the reference's square; see [`relative_mse`].
+    #[serde(deserialize_with = "or_nan")]
     pub relative_mse: f64,
     /// Mean perceptual error in [0,1]; see [`super::flip`].
+    #[serde(deserialize_with = "or_nan")]
     pub flip: f64,
+}
+
+/// JSON has no NaN and holds null instead.
+fn or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Errors {
@@ -42,17 +50,22 @@ impl Judge {
     pub fn errors(&self, picture: &Picture) -> Errors {
         Errors {
             rmse: rmse(picture, &self.reference),
-            relative_mse: self.relative_mse(picture),
+            relative_mse: relative_mse(picture, &self.reference),
             flip: self.flip.mean_error(picture),
         }
     }
+}
 
-    /// Mean over pixels and channels of `(x - r)² / (r² + (m/10)²)`, `m` being the reference's mean: the
-    /// usual relative error, kept finite in the dark by a term that follows the picture's brightness.
-    pub fn relative_mse(&self, picture: &Picture) -> f64 {
-        let floor = (0.1 * self.reference.mean()).powi(2).max(f64::MIN_POSITIVE);
-        mean_over(picture, &self.reference, |x, r| (x - r).powi(2) / (r * r + floor))
-    }
+/// Mean over pixels and channels of `(x - r)² / (r² + (m/10)²)`, `m` being the reference's mean: the usual relative
+/// error, kept finite in the dark by a term that follows the picture's brightness. The pictures must have one size.
+pub fn relative_mse(picture: &Picture, reference: &Picture) -> f64 {
+    let floor = dark_floor(reference);
+    mean_over(picture, reference, |x, r| (x - r).powi(2) / (r * r + floor))
+}
+
+/// What is added to a squared reference that errors are divided by.
+pub(super) fn dark_floor(reference: &Picture) -> f64 {
+    (0.1 * reference.mean()).powi(2).max(f64::MIN_POSITIVE)
 }
 
 /// Root of the mean squared difference over pixels and channels. The pictures must have one size.
@@ -94,9 +107,17 @@ mod tests {
         let judge = |scale: f32| {
             let reference = Picture::from_fn(8, 4, |x, _| [scale * x as f32; 3]);
             let picture = Picture::from_fn(8, 4, |x, y| [scale * (x + y) as f32; 3]);
-            Judge::new(reference).relative_mse(&picture)
+            relative_mse(&picture, &reference)
         };
         assert!((judge(1.0) / judge(64.0) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn errors_that_are_no_numbers_survive_a_file() {
+        let errors = Errors { rmse: f64::NAN, relative_mse: f64::INFINITY, flip: 0.5 };
+        let text = serde_json::to_string(&errors).unwrap();
+        let read: Errors = serde_json::from_str(&text).unwrap();
+        assert!(read.rmse.is_nan() && read.relative_mse.is_nan() && read.flip == 0.5);
     }
 
     #[test]

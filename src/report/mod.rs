@@ -4,6 +4,7 @@
 //! ```text
 //! picture                   linear RGB, EXR in and out
 //! metrics, flip             errors of a picture against a reference
+//! halves                    noise and disagreement of renders without a reference
 //! curve                     errors over time: rates, times to an error, bands over seeds
 //! results                   everything that was measured, as written to results.json
 //! summary                   what the results come to, method by method
@@ -11,11 +12,13 @@
 //! csv, html, table          the results for programs, for the eye, for the terminal
 //! ```
 
+mod axis;
 pub mod crops;
 pub mod csv;
 pub mod curve;
 pub mod display;
 pub mod flip;
+pub mod halves;
 pub mod html;
 pub mod metrics;
 pub mod picture;

@@ -2,6 +2,7 @@
 
 use super::metrics::Errors;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,7 +16,10 @@ pub struct Comparison {
     /// Seconds that every method was given, for each seed.
     pub seconds: f64,
     pub seeds: u32,
-    /// Whether the user ended it early.
+    /// What was asked for, option by option; a comparison can only go on with the same.
+    #[serde(default)]
+    pub settings: BTreeMap<String, String>,
+    /// Whether it ended early, or has not ended yet.
     pub interrupted: bool,
     /// Most memory that the whole program held; None where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
@@ -34,6 +38,13 @@ pub struct Reference {
     pub mean: f64,
     /// None for a file from elsewhere.
     pub noise: Option<Noise>,
+    /// An upper estimate of its bias, root mean square in the measure of [`Errors::relative`]; None where it has none
+    /// or nothing is known of it.
+    #[serde(default)]
+    pub bias: Option<f64>,
+    /// The method or integrator that rendered it; None for a file from elsewhere.
+    #[serde(default)]
+    pub estimator: Option<String>,
 }
 
 /// The reference's own noise, from its two independent halves.
@@ -49,10 +60,14 @@ pub struct Noise {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Method {
     pub name: String,
+    pub variant: String,
     /// One of vpt's methods, else one of Mitsuba's integrators.
     pub ours: bool,
     /// Why its picture is not that of the scene; such a method is not ranked.
     pub flaw: Option<String>,
+    /// Whether the reference was rendered by its estimator: what both get wrong is not seen.
+    #[serde(default)]
+    pub shares_reference: bool,
     /// One for each seed.
     pub runs: Vec<Run>,
 }
@@ -61,6 +76,9 @@ pub struct Method {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     pub seed: u32,
+    /// Whether it had all of its time.
+    #[serde(default)]
+    pub complete: bool,
     /// Passes (vpt) or samples per pixel (Mitsuba) in the end.
     pub work: u64,
     pub snapshots: Vec<Snapshot>,
@@ -72,13 +90,16 @@ pub struct Run {
 }
 
 /// The errors of the picture at one time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// Wall time of the method alone, its preparation included.
     pub seconds: f64,
     pub work: u64,
     #[serde(flatten)]
     pub errors: Errors,
+    /// The picture's file (EXR), relative to the report; None where it is not kept.
+    #[serde(default)]
+    pub image: Option<String>,
 }
 
 /// A part of the work and the seconds that it took.

@@ -3,10 +3,17 @@
 use super::curve::{band, BandPoint, Curve, Reached};
 use super::metrics::Errors;
 use super::results::{Comparison, Method, Metric};
+use super::text;
 use serde::{Deserialize, Serialize};
 
 /// Relative errors of which the time is told.
 pub const LEVELS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
+
+/// Share of the smallest error measured that the reference's own error may have: a third of it adds 5 % to what is
+/// measured.
+const REFERENCE_SHARE: f64 = 1.0 / 3.0;
+/// Noise relative to a noisy picture's own pixels saturates: beyond this it is only known to be large.
+const REFERENCE_LIMIT: f64 = 0.1;
 
 /// One method in a few numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,6 +58,37 @@ pub fn summarize(comparison: &Comparison) -> Vec<Summary> {
         }
     }
     summaries
+}
+
+/// What is known of the reference's error, noise and bias together, relative; None for a file from elsewhere.
+pub fn reference_error(comparison: &Comparison) -> Option<f64> {
+    let noise = comparison.reference.noise?;
+    Some(noise.relative_mse.sqrt().hypot(comparison.reference.bias.unwrap_or(0.0)))
+}
+
+/// A sentence where the reference's error is no longer small, by itself or beside the smallest error measured, which is
+/// then told too large or, by a method that shares the reference's bias, too small.
+pub fn noise_of_reference_matters(comparison: &Comparison) -> Option<String> {
+    let known = reference_error(comparison)?;
+    let usable = comparison.methods.iter().filter(|method| method.flaw.is_none());
+    let last = usable.filter_map(|method| Some((last_errors(method)?.relative(), &method.name)));
+    let (least, name) = last.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (own, least_told) = (text::percent(known), text::percent(least));
+    if known > REFERENCE_LIMIT {
+        Some(format!(
+            "the reference's own error ({own}) is so large that no error told here is to be trusted; give it more \
+             --reference-time, or another --reference-method"
+        ))
+    } else if known > REFERENCE_SHARE * least {
+        Some(format!(
+            "the reference's own error ({own}) is more than {:.0} % of the smallest error measured ({least_told} by \
+             {name}), so that the smallest errors and the times to them are not to be trusted; give it more \
+             --reference-time",
+            100.0 * REFERENCE_SHARE
+        ))
+    } else {
+        None
+    }
 }
 
 /// One measure of a method over time, by seed.
@@ -127,13 +165,21 @@ pub(super) mod tests {
                 let seconds = 2f64.powi(k);
                 let error = scale * factor / seconds.sqrt();
                 let errors = Errors { rmse: 2.0 * error, relative_mse: error * error, flip: error };
-                Snapshot { seconds, work: 1 << k, errors }
+                Snapshot { seconds, work: 1 << k, errors, image: None }
             };
             let phases = vec![Phase { name: "photons".into(), seconds: 3.0 }];
             let snapshots = (0..7).map(snapshot).collect();
-            Run { seed, work: 64, snapshots, phases, peak_memory_bytes: Some(3 << 20) }
+            let peak_memory_bytes = Some(3 << 20);
+            Run { seed, complete: true, work: 64, snapshots, phases, peak_memory_bytes }
         };
-        Method { name: name.into(), ours, flaw: None, runs: vec![run(0, 1.1), run(1, 1.0 / 1.1)] }
+        Method {
+            name: name.into(),
+            variant: "scalar_rgb".into(),
+            ours,
+            flaw: None,
+            shares_reference: false,
+            runs: vec![run(0, 1.1), run(1, 1.0 / 1.1)],
+        }
     }
 
     /// `ppt` beside a Mitsuba integrator with twice the error.
@@ -145,12 +191,15 @@ pub(super) mod tests {
             film_size: [8, 6],
             seconds: 64.0,
             seeds: 2,
+            settings: Default::default(),
             interrupted: false,
             peak_memory_bytes: Some(9 << 20),
             reference: Reference {
                 origin: "a file".into(),
                 mean: 1.0,
                 noise: Some(Noise { rmse: 0.01, relative_mse: 1e-4 }),
+                bias: None,
+                estimator: None,
             },
             methods: vec![method("ppt", true, 0.2), method("volpath", false, 0.4)],
             notes: vec!["a note".into()],
@@ -179,6 +228,27 @@ pub(super) mod tests {
         let mut comparison = comparison();
         comparison.methods[1].flaw = Some("it sees no media".into());
         assert_eq!(summarize(&comparison)[0].times[0].speed_up, None);
+    }
+
+    #[test]
+    fn noise_of_the_reference_is_told_where_it_matters() {
+        // The smallest error is 0.025, the noise 0.01: more than a third.
+        let mut comparison = comparison();
+        let sentence = noise_of_reference_matters(&comparison).unwrap();
+        assert!(sentence.contains("1.00 %") && sentence.contains("2.50 % by ppt"), "{sentence}");
+        let noise = |relative: f64| Some(Noise { rmse: 1.0, relative_mse: relative * relative });
+        comparison.reference.noise = noise(0.008);
+        assert_eq!(noise_of_reference_matters(&comparison), None);
+        comparison.reference.bias = Some(0.006);
+        assert!(noise_of_reference_matters(&comparison).is_some());
+        comparison.reference.noise = noise(0.2);
+        let sentence = noise_of_reference_matters(&comparison).unwrap();
+        assert!(
+            sentence.contains("20.0 %") && sentence.contains("no error told here"),
+            "{sentence}"
+        );
+        comparison.reference.noise = None;
+        assert_eq!(noise_of_reference_matters(&comparison), None);
     }
 
     #[test]

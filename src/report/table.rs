@@ -4,7 +4,7 @@ use super::results::Comparison;
 use super::summary::{Summary, LEVELS};
 use super::text;
 
-/// One line per method, columns aligned, and the flaws below.
+/// One line per method, columns aligned, and what their marks mean below.
 pub fn table(comparison: &Comparison, summaries: &[Summary]) -> String {
     let mut rows = vec![header()];
     for (method, summary) in comparison.methods.iter().zip(summaries) {
@@ -14,9 +14,7 @@ pub fn table(comparison: &Comparison, summaries: &[Summary]) -> String {
         |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
     let mut lines: Vec<String> = rows.iter().map(|row| line(row, &widths)).collect();
-    for method in &comparison.methods {
-        lines.extend(method.flaw.iter().map(|flaw| format!("* {}: {flaw}", method.name)));
-    }
+    lines.extend(text::explained_marks(comparison));
     lines.join("\n")
 }
 
@@ -60,11 +58,13 @@ mod tests {
     fn table_has_a_line_for_each_method_and_flaw() {
         let mut comparison = comparison();
         comparison.methods[1].flaw = Some("it sees no media".into());
+        comparison.methods[0].shares_reference = true;
         let table = table(&comparison, &summarize(&comparison));
         let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(lines.len(), 4);
-        assert!(lines[1].starts_with("ppt  ") && lines[1].contains("2.50 %"), "{}", lines[1]);
+        assert_eq!(lines.len(), 5);
+        assert!(lines[1].starts_with("ppt †  ") && lines[1].contains("2.50 %"), "{}", lines[1]);
         assert!(lines[2].starts_with("volpath *") && lines[2].contains("not reached"));
         assert_eq!(lines[3], "* volpath: it sees no media");
+        assert!(lines[4].starts_with("† ppt: the reference"), "{}", lines[4]);
     }
 }

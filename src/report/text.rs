@@ -1,7 +1,7 @@
 //! Numbers as people read them.
 
 use super::curve::Reached;
-use super::results::Method;
+use super::results::{Comparison, Method};
 use super::summary::{Summary, TimeTo};
 
 /// Three digits.
@@ -39,9 +39,28 @@ pub fn rate(summary: &Summary) -> String {
     }
 }
 
-/// The name, with a star where the picture is not that of the scene.
+/// The name, with a star where the picture is not that of the scene and a dagger where the reference was rendered by
+/// the same estimator.
 pub fn marked_name(method: &Method) -> String {
-    format!("{}{}", method.name, if method.flaw.is_some() { " *" } else { "" })
+    let star = if method.flaw.is_some() { " *" } else { "" };
+    let dagger = if method.shares_reference { " †" } else { "" };
+    format!("{}{star}{dagger}", method.name)
+}
+
+/// What the marks of the names mean, a line each.
+pub fn explained_marks(comparison: &Comparison) -> Vec<String> {
+    let methods = comparison.methods.iter();
+    let flaw = |method: &Method| Some(format!("* {}: {}", method.name, method.flaw.as_ref()?));
+    let mut lines: Vec<String> = methods.clone().filter_map(flaw).collect();
+    let kin: Vec<&str> =
+        methods.filter(|method| method.shares_reference).map(|m| m.name.as_str()).collect();
+    if !kin.is_empty() {
+        lines.push(format!(
+            "† {}: the reference was rendered by the same estimator; what both get wrong is not seen",
+            kin.join(", ")
+        ));
+    }
+    lines
 }
 
 /// `12.3 MiB`, or a dash where it is not known.

@@ -15,11 +15,15 @@ pub trait Contestant {
     /// The least step: one pass, or one small render.
     fn advance(&mut self) -> Result<()>;
     /// The picture of all steps so far.
-    fn picture(&self) -> Result<Picture>;
+    fn picture(&mut self) -> Result<Picture>;
     /// Passes or samples per pixel so far.
     fn work(&self) -> u64;
     /// Where the time went.
     fn phases(&self) -> Vec<Phase>;
+    /// The most memory [bytes] that it held, where it measures that by itself.
+    fn memory(&self) -> Option<u64> {
+        None
+    }
 }
 
 /// What one of vpt's methods needs before it begins. Lending the scene prepares it, so the time counts.
@@ -65,7 +69,7 @@ impl Contestant for Ours<'_> {
         Ok(render.advance()?)
     }
 
-    fn picture(&self) -> Result<Picture> {
+    fn picture(&mut self) -> Result<Picture> {
         let channels = self.preparation.lent.scene().description().film_channels as usize;
         Ok(develop(&self.render().film()?, channels, self.size))
     }
@@ -117,7 +121,7 @@ impl Contestant for Own<'_> {
         Ok(self.stream.advance(&mut self.mean)?)
     }
 
-    fn picture(&self) -> Result<Picture> {
+    fn picture(&mut self) -> Result<Picture> {
         Ok(self.mean.picture(self.size))
     }
 

@@ -1,5 +1,7 @@
-//! The folder that a comparison fills: checked before the work, made and written after it.
+//! The folder that a comparison fills: checked before the work, written while it goes on and after it. Every file is
+//! written aside and renamed, so that whoever looks, and whoever goes on later, sees whole files.
 
+use crate::cli::target::Target;
 use anyhow::Context;
 use std::fs;
 use std::io;
@@ -7,9 +9,13 @@ use std::path::{Path, PathBuf};
 use vpt::report::csv;
 use vpt::report::display::png;
 use vpt::report::html::{self, Pictures};
+use vpt::report::picture::Picture;
 use vpt::report::plot::Chart;
 use vpt::report::results::{Comparison, Metric};
 use vpt::report::summary::summarize;
+
+/// Everything that was measured.
+const RESULTS: &str = "results.json";
 
 /// A folder that can be written.
 #[derive(Debug)]
@@ -54,9 +60,44 @@ impl Folder {
         fs::create_dir_all(&images).with_context(|| format!("cannot make \"{}\"", images.display()))
     }
 
+    /// What an earlier comparison left here; None where there is nothing that can be read.
+    pub fn load(&self) -> Option<Comparison> {
+        let text = fs::read_to_string(self.path.join(RESULTS)).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+
+    /// Writes what was measured so far.
+    pub fn save(&self, comparison: &Comparison) -> anyhow::Result<()> {
+        self.write(RESULTS, json(comparison)?.as_bytes())
+    }
+
+    /// Writes a picture; its name is relative to the folder.
+    pub fn save_picture(&self, name: &str, picture: &Picture) -> anyhow::Result<()> {
+        let path = self.path.join(name);
+        fs::create_dir_all(parent(&path))
+            .with_context(|| format!("cannot make \"{}\"", parent(&path).display()))?;
+        Target::check(path)?.replace(|aside| Ok(picture.write_exr(aside)?))
+    }
+
+    /// Removes the pictures that an earlier run of a method left.
+    pub fn forget_pictures(&self, method: &str, seed: u32) -> anyhow::Result<()> {
+        let folder = self.path.join("images").join(method);
+        let Ok(files) = fs::read_dir(&folder) else { return Ok(()) };
+        let (one, many) = (format!("seed{seed}.exr"), format!("seed{seed}-"));
+        for file in files {
+            let path = file?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if name == one || (name.starts_with(&many) && name.ends_with(".exr")) {
+                fs::remove_file(&path)
+                    .with_context(|| format!("cannot remove \"{}\"", path.display()))?;
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the report and everything that belongs to it.
     pub fn fill(&self, comparison: &Comparison, pictures: &Pictures) -> anyhow::Result<()> {
-        self.write("results.json", json(comparison)?.as_bytes())?;
+        self.save(comparison)?;
         let mut table = Vec::new();
         csv::write(comparison, &mut table)?;
         self.write("results.csv", &table)?;
@@ -65,18 +106,17 @@ impl Folder {
             self.write(&format!("{}.svg", metric.name()), chart.svg()?.as_bytes())?;
             self.write(&format!("{}.png", metric.name()), &png(&chart.png()?))?;
         }
-        pictures.reference.write_exr(&self.path.join("images/reference.exr"))?;
+        self.save_picture("images/reference.exr", &pictures.reference)?;
         for (method, picture) in comparison.methods.iter().zip(&pictures.methods) {
             if let Some(picture) = picture {
-                picture.write_exr(&self.path.join(format!("images/{}.exr", method.name)))?;
+                self.save_picture(&format!("images/{}.exr", method.name), picture)?;
             }
         }
         self.write("report.html", html::report(comparison, pictures)?.as_bytes())
     }
 
     fn write(&self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        let path = self.path.join(name);
-        fs::write(&path, bytes).with_context(|| format!("cannot write \"{}\"", path.display()))
+        Target::check(self.path.join(name))?.replace(|aside| Ok(fs::write(aside, bytes)?))
     }
 }
 

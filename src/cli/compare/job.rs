@@ -1,13 +1,17 @@
 //! Arguments of a comparison that were found to make sense, and what can be wrong with them.
 
+use super::entrant::Entrant;
 use super::folder::{Folder, FolderError};
+use super::settings;
 use crate::cli::arguments::CompareArguments;
 use crate::cli::job::{check_pairs, check_scene, check_settings, check_variant, JobError};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
-use vpt::host::session::SceneFile;
-use vpt::method::Method;
+use vpt::host::session::{SceneFile, VARIANTS};
+use vpt::method::{Method, Parameters};
 use vpt::report::picture::{Picture, PictureError};
+use vpt::report::results::Comparison;
 
 /// The rendered reference has so many times the time of a method.
 const REFERENCE_TIMES: f64 = 4.0;
@@ -15,17 +19,21 @@ const REFERENCE_TIMES: f64 = 4.0;
 /// A comparison whose arguments were checked as far as that goes without loading the scene.
 pub struct CompareJob {
     pub scene: SceneFile,
-    pub methods: Vec<String>,
+    pub entrants: Vec<Entrant>,
     /// Seconds of each method, for each seed.
     pub time: f64,
     pub seeds: u32,
     /// The file's path and picture.
     pub reference: Option<(PathBuf, Picture)>,
+    /// Who renders it otherwise; None leaves that to a trial.
+    pub reference_method: Option<String>,
     /// Seconds.
     pub reference_time: f64,
     /// None leaves the photons per pass to the scene, for all methods.
     pub per_pass: Option<PerPass>,
     pub folder: Folder,
+    /// Whether to forget an interrupted comparison.
+    pub restart: bool,
     pub variant: Option<String>,
     pub sensor: usize,
     pub verbosity: u8,
@@ -70,6 +78,13 @@ pub enum CompareError {
     ReferenceSize { path: PathBuf, found: [usize; 2], wanted: [usize; 2] },
     #[error("the reference \"{}\" is black, so no error can be told relative to it", .0.display())]
     ReferenceBlack(PathBuf),
+    #[error(
+        "the folder \"{}\" holds an interrupted comparison with other settings: {}; go on with the same, name another \
+         folder with -o, or start anew with --restart", .folder.display(), .differences.join(", ")
+    )]
+    OtherSettings { folder: PathBuf, differences: Vec<String> },
+    #[error("--reference-method is \"{0}\", but the reference has the comparison's variant; leave \"@...\" out")]
+    ReferenceVariant(String),
     #[error("the folder (-o) cannot be used")]
     Folder(#[from] FolderError),
     #[error(
@@ -97,7 +112,11 @@ impl CompareJob {
         if let Some(variant) = &arguments.variant {
             check_variant(variant)?;
         }
-        check_methods(&arguments.methods)?;
+        let own_variant = arguments.variant.as_deref().unwrap_or(VARIANTS[0]);
+        let entrants = Entrant::parse_all(&arguments.methods, own_variant)?;
+        if arguments.reference_method.contains('@') {
+            return Err(CompareError::ReferenceVariant(arguments.reference_method));
+        }
         let reference_time = arguments.reference_time.unwrap_or(REFERENCE_TIMES * arguments.time);
         check_seconds("--time", arguments.time)?;
         check_seconds("--reference-time", reference_time)?;
@@ -114,18 +133,45 @@ impl CompareJob {
                 settings: arguments.settings,
                 ..SceneFile::default()
             },
-            methods: arguments.methods,
+            entrants,
             time: arguments.time,
             seeds: arguments.seeds,
             reference,
+            reference_method: Some(arguments.reference_method).filter(|name| name != "auto"),
             reference_time,
             per_pass: None,
             folder: Folder::check(folder)?,
+            restart: arguments.restart,
             variant: arguments.variant,
             sensor: arguments.sensor,
             verbosity: arguments.verbose,
             quiet: arguments.quiet,
         })
+    }
+
+    /// An interrupted comparison in the folder, to go on with; refuses one with other settings.
+    pub fn interrupted(
+        &self,
+        settings: &BTreeMap<String, String>,
+    ) -> Result<Option<Comparison>, CompareError> {
+        let earlier = self.folder.load().filter(|earlier| earlier.interrupted && !self.restart);
+        let Some(earlier) = earlier else { return Ok(None) };
+        let differences = settings::differences(&earlier.settings, settings);
+        if differences.is_empty() {
+            return Ok(Some(earlier));
+        }
+        let folder = self.folder.path().to_owned();
+        Err(CompareError::OtherSettings { folder, differences })
+    }
+
+    /// The scene's parameters, with the photons per pass that the job has for a method.
+    pub fn parameters_of(&self, entrant: &Entrant, scene: &Parameters) -> Parameters {
+        match (self.per_pass, entrant.integrator.parse()) {
+            (Some(per_pass), Ok(method)) => {
+                Parameters { photons: per_pass.of(method), ..scene.clone() }
+            }
+            _ => scene.clone(),
+        }
     }
 
     /// Checks the reference against the film of the loaded scene.
@@ -140,18 +186,6 @@ impl CompareJob {
             _ => Ok(()),
         }
     }
-}
-
-fn check_methods(names: &[String]) -> Result<(), CompareError> {
-    for (index, name) in names.iter().enumerate() {
-        if name.trim().is_empty() {
-            return Err(CompareError::EmptyMethod);
-        }
-        if names[..index].contains(name) {
-            return Err(CompareError::MethodTwice(name.clone()));
-        }
-    }
-    Ok(())
 }
 
 fn check_seconds(option: &'static str, seconds: f64) -> Result<(), CompareError> {
@@ -185,6 +219,10 @@ mod tests {
             (&["--methods", "ppt,,apa"][..], &["--methods", "empty name", "ppt,volpath"][..]),
             (&["--methods", ""], &["--methods", "empty name"]),
             (&["--methods", "ppt,apa,ppt"], &["\"ppt\" twice", "keep one"]),
+            (&["--methods", "ppt,volpath@fast"], &["unknown variant \"fast\"", "llvm_ad_rgb"]),
+            (&["--methods", "ppt,ppt@scalar_rgb"], &["\"ppt\" twice", "keep one"]),
+            (&["--methods", "@llvm_ad_rgb"], &["empty name"]),
+            (&["--reference-method", "ppt@llvm_ad_rgb"], &["--reference-method", "leave \"@"]),
             (&["--time", "0"], &["--time is 0", "above 0"]),
             (&["--time", "nan"], &["--time is NaN", "above 0"]),
             (&["--reference-time", "-1"], &["--reference-time is -1", "above 0"]),

@@ -27,12 +27,6 @@ impl Mean {
         self.weight
     }
 
-    /// The sum of two.
-    pub fn with(&self, other: &Mean) -> Mean {
-        let sum = self.sum.iter().zip(&other.sum).map(|(a, b)| a + b).collect();
-        Mean { sum, weight: self.weight + other.weight }
-    }
-
     pub fn picture(&self, [width, height]: [u32; 2]) -> Picture {
         let mean = |pixel: &[f64]| [0, 1, 2].map(|c| (pixel[c] / self.weight) as f32);
         let pixels = self.sum.chunks_exact(3).map(mean).collect();
@@ -87,11 +81,10 @@ mod tests {
 
     #[test]
     fn mean_is_weighted_by_samples() {
-        let (mut a, mut b) = (Mean::new(1), Mean::new(1));
-        a.add(&[1.0, 2.0, 3.0], 1.0);
-        b.add(&[4.0, 2.0, 0.0], 3.0);
-        let both = a.with(&b);
-        assert_eq!(both.weight(), 4.0);
-        assert_eq!(both.picture([1, 1]).pixels, [[3.25, 2.0, 0.75]]);
+        let mut mean = Mean::new(1);
+        mean.add(&[1.0, 2.0, 3.0], 1.0);
+        mean.add(&[4.0, 2.0, 0.0], 3.0);
+        assert_eq!(mean.weight(), 4.0);
+        assert_eq!(mean.picture([1, 1]).pixels, [[3.25, 2.0, 0.75]]);
     }
 }

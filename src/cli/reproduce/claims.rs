@@ -231,11 +231,12 @@ mod tests {
             seconds,
             work: 1,
             errors: Errors { rmse, relative_mse: rmse * rmse, flip: 0.1 },
+            image: None,
         };
         let phase = |name: &str, seconds| Phase { name: name.into(), seconds };
         let phases = vec![phase("trees", tree_share), phase("photons", 1.0 - tree_share)];
         let snapshots = vec![shot(5.0, early), shot(100.0, late)];
-        Run { seed, work: 1, snapshots, phases, peak_memory_bytes: None }
+        Run { seed, work: 1, snapshots, phases, complete: true, peak_memory_bytes: None }
     }
 
     /// Three seeds whose errors differ from each other by the given share.
@@ -245,7 +246,14 @@ mod tests {
         let run = |(seed, factor): (usize, f64)| {
             run(seed as u32, early * factor, late * factor, 0.04 * factor)
         };
-        Method { name: name.into(), ours: true, flaw: None, runs: runs.map(run).collect() }
+        Method {
+            name: name.into(),
+            variant: "scalar_rgb".into(),
+            ours: true,
+            flaw: None,
+            shares_reference: false,
+            runs: runs.map(run).collect(),
+        }
     }
 
     fn growth(name: &str, bytes: f64) -> Growth {
@@ -262,12 +270,15 @@ mod tests {
             film_size: [8, 8],
             seconds: 100.0,
             seeds: 3,
+            settings: Default::default(),
             interrupted: false,
             peak_memory_bytes: None,
             reference: Reference {
                 origin: "a file".into(),
                 mean: 1.0,
                 noise: Some(Noise { rmse: 1e-3, relative_mse: 1e-6 }),
+                bias: None,
+                estimator: None,
             },
             methods: vec![
                 method("ppt", 1.0, 0.2, spread),
@@ -338,6 +349,10 @@ mod tests {
         let claims = judge(&all(&evidence));
         assert!(claims[..4].iter().all(|claim| claim.verdict == Verdict::NotDecided));
         assert!(claims[0].findings[0].numbers.contains("noise of the reference"));
+        evidence.comparison.reference.noise = None;
+        evidence.comparison.reference.bias = Some(0.3);
+        let told = &judge(&all(&evidence))[0].findings[0].numbers;
+        assert!(told.contains("bias of the reference"), "{told}");
         evidence.comparison.methods.iter_mut().for_each(|method| method.runs.truncate(1));
         let told = &judge(&all(&evidence))[4].findings[0].numbers;
         assert!(told.contains("fewer than two seeds"), "{told}");

@@ -30,6 +30,9 @@ pub fn read(output: &Path) -> AllEvidence {
     PaperScene::ALL.into_iter().filter_map(one).collect()
 }
 
+/// An error can be told from one of the reference's that is smaller by this factor.
+const MARGIN: f64 = std::f64::consts::SQRT_2;
+
 /// The errors of two methods held against each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
@@ -82,12 +85,19 @@ impl Evidence {
     fn log_errors(&self, name: &str, seconds: f64) -> Result<Vec<f64>, String> {
         let method = self.method(name).ok_or(format!("{name} was not measured"))?;
         let noise = self.comparison.reference.noise.map_or(0.0, |noise| noise.rmse);
+        let bias = self.comparison.reference.bias.unwrap_or(0.0);
         let log_error = |run: &vpt::report::results::Run| {
+            let last = run.snapshots.last().map_or(0.0, |shot| shot.errors.relative());
+            if last < MARGIN * bias {
+                return Err(format!(
+                    "the error of {name} is lost in the bias of the reference; use a better one"
+                ));
+            }
             let curve = Curve::new(run.snapshots.iter().map(|s| (s.seconds, s.errors.rmse)));
             let error =
                 error_at(&curve, seconds).ok_or(format!("{name} has no picture so early"))?;
             let own = error * error - noise * noise;
-            match own > noise * noise {
+            match error > MARGIN * noise {
                 true => Ok(0.5 * own.ln()),
                 false => Err(format!(
                     "the error of {name} is lost in the noise of the reference; use a better one"

@@ -99,8 +99,10 @@ impl ReproduceJob {
             time: times.method,
             seeds: arguments.seeds,
             reference: arguments.reference.clone(),
+            reference_method: "auto".to_owned(),
             reference_time: (!own_reference).then_some(times.reference),
             output: Some(self.folder(scene)),
+            restart: arguments.restart,
             defines: self.defines(scene),
             settings: vec![("alpha".to_owned(), ALPHA.to_string())],
             variant: arguments.variant.clone(),
@@ -141,8 +143,8 @@ fn check_of_one_scene(arguments: &ReproduceArguments) -> Result<(), ReproduceErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::compare::PerPass;
     use crate::cli::failure::Failure;
+    use vpt::method::Parameters;
 
     /// A folder with a file `scene.xml`.
     struct Bench {
@@ -181,8 +183,10 @@ mod tests {
         std::fs::create_dir(bench.path("out")).unwrap();
         let compare =
             job.comparison(PaperScene::Kitchen, bench.path("scene.xml").as_ref()).unwrap();
-        assert_eq!(compare.per_pass, Some(PerPass { photons: 100_000, beams: 10_000 }));
-        assert_eq!(compare.methods.len(), 6);
+        let scene = Parameters { photons: 7, ..Parameters::default() };
+        let photons = compare.entrants.iter().map(|e| compare.parameters_of(e, &scene).photons);
+        let (points, beams) = (100_000, 10_000);
+        assert_eq!(photons.collect::<Vec<_>>(), [points, beams, points, beams, points, beams]);
     }
 
     #[test]

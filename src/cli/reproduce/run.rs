@@ -4,13 +4,13 @@ use super::growth::Probe;
 use super::job::ReproduceJob;
 use super::scenes::PaperScene;
 use super::{claims, evidence, statement};
+use crate::cli::arguments::ReproduceArguments;
+use crate::cli::compare::{self, Stage};
 use crate::cli::failure::Failure;
-use crate::cli::interrupt::Interrupt;
-use crate::cli::{compare, print_result, say};
+use crate::cli::{print_result, say};
 use anyhow::Context;
 use std::fs;
 use std::path::PathBuf;
-use vpt::host::session::Session;
 
 /// Writes all scenes, then renders them one after the other.
 pub fn run(job: &ReproduceJob) -> Result<(), Failure> {
@@ -27,20 +27,16 @@ pub fn run(job: &ReproduceJob) -> Result<(), Failure> {
     let comparisons =
         job.scenes.iter().zip(&files).map(|(&scene, file)| job.comparison(scene, file));
     let comparisons = comparisons.collect::<Result<Vec<_>, _>>().map_err(Failure::bad_input)?;
-    let session = Session::start(job.arguments.variant.as_deref(), None, job.arguments.verbose)
-        .map_err(Failure::failed)?;
-    let interrupt = Interrupt::listen(move || {
-        tell("stopping after this step, to write the report; Ctrl-C again aborts without one");
-    });
-    let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
+    let ReproduceArguments { variant, verbose, .. } = &job.arguments;
+    let stage = Stage::open(variant.as_deref(), *verbose, quiet)?;
     for ((&scene, file), comparison) in job.scenes.iter().zip(&files).zip(&comparisons) {
-        compare::measure(&session, comparison, &interrupt)?;
+        compare::measure(&stage, comparison)?;
         if !job.arguments.no_memory {
             tell("measuring how memory grows with photons, in renders of two passes");
             let probe = Probe { job, scene, file };
-            probe.measure(|| interrupt.requested()).map_err(Failure::failed)?;
+            probe.measure(|| stage.interrupt.requested()).map_err(Failure::failed)?;
         }
-        if interrupt.requested() {
+        if stage.interrupt.requested() {
             break;
         }
     }

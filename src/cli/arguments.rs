@@ -101,7 +101,7 @@ pub struct CompareArguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 2,
           value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: u32,
-    /// Reference picture (EXR) [default: one is rendered by Mitsuba, and kept in the folder]
+    /// Reference picture (EXR) [default: one is rendered, and kept in the folder]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["reference_time", "reference_method"])]
     pub reference: Option<PathBuf>,
     /// Who renders the reference: a method or integrator, or auto, by a trial of Mitsuba's path

@@ -14,7 +14,7 @@ pub struct Trial {
     pub name: String,
     /// Root mean square, relative to the photon tracer's picture.
     pub noise: f64,
-    /// What the bias hardly exceeds, in the same measure; None where it could not be told.
+    /// An upper estimate of its root mean square, in the same measure; None where it could not be told.
     pub bias: Option<f64>,
     /// Mean over pixels and channels.
     pub mean: f64,

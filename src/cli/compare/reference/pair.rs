@@ -93,7 +93,7 @@ impl<'a> Pair<'a> {
         self.decay.is_none() || self.earlier.len() == 2
     }
 
-    /// What the bias hardly exceeds, relative to `scale`: 0 for integrators without one, None where two passes are too
+    /// An upper estimate of the bias, relative to `scale`: 0 for integrators without one, None where two passes are too
     /// few to tell.
     pub fn bias(&self, now: &Halves, scale: &Picture) -> Option<f64> {
         let Some(decay) = self.decay else { return Some(0.0) };

@@ -24,6 +24,10 @@ markov:
 calibration:
     cargo test --release --test error_estimate -- --ignored --nocapture
 
+# The paper's measurements again: `just reproduce kitchen --budget 5m`
+reproduce *ARGS="all":
+    cargo run --release -- reproduce {{ARGS}}
+
 bench:
     cargo bench
 

@@ -1,8 +1,10 @@
 //! The arguments as they are typed; [`super::job`] gives them a meaning.
 
+use super::reproduce::Choice;
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Renders Mitsuba 3 scenes with progressive volume photon tracing.
 #[derive(Debug, Parser)]
@@ -16,6 +18,7 @@ pub struct Arguments {
 pub enum Command {
     Render(RenderArguments),
     Compare(CompareArguments),
+    Reproduce(ReproduceArguments),
     PluginDir(PluginDirArguments),
     /// Started by `compare`: one contestant in a process of its own.
     #[command(name = "contestant", hide = true)]
@@ -139,6 +142,62 @@ pub struct CompareArguments {
     pub quiet: bool,
 }
 
+/// Repeat the paper's measurements: its methods on scenes of its kind, and what they say of its claims.
+///
+/// Errors over time as in the paper's Fig. 4, crops as in its Fig. 5 to 7, with the parameters of its Table 2. Every scene
+/// gets a folder in DIR with its files and the report; DIR/claims.md holds the verdicts. Ctrl-C ends early and judges by what
+/// was measured.
+#[derive(Debug, Args)]
+pub struct ReproduceArguments {
+    /// Scene of the paper, or all
+    #[arg(value_name = "SCENE")]
+    pub choice: Choice,
+    /// Time for each scene, such as 90s, 5m or 2h: a quarter for the reference, the rest divided equally among methods
+    /// and seeds; memory is measured on top [default: 10m, or the paper's hours with --paper]
+    #[arg(long, value_name = "TIME", value_parser = parse_span)]
+    pub budget: Option<Duration>,
+    /// Repetitions with other random numbers; without a second one no claim can be decided
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 3,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub seeds: u32,
+    /// Resolution and rendering times of the paper, each method for hours
+    #[arg(long)]
+    pub paper: bool,
+    /// Mitsuba scene (XML) in place of the project's
+    #[arg(long = "scene", value_name = "FILE")]
+    pub file: Option<PathBuf>,
+    /// Value of the scene's parameter $NAME; may be given more than once
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub defines: Vec<(String, String)>,
+    /// Mesh (PLY or OBJ) in place of the Stanford dragon, which npm fetches
+    #[arg(long, value_name = "FILE")]
+    pub dragon: Option<PathBuf>,
+    /// Reference picture (EXR) [default: one is rendered, and kept in the folder]
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Folder for scenes, reports and claims
+    #[arg(short, long, value_name = "DIR", default_value = "reproduction")]
+    pub output: PathBuf,
+    /// Start anew where the folder holds a measurement that was interrupted
+    #[arg(long)]
+    pub restart: bool,
+    /// Leave out how memory grows with photons, which takes about a minute for each scene
+    #[arg(long)]
+    pub no_memory: bool,
+    /// Write the scenes into the folder, and render nothing
+    #[arg(long)]
+    pub prepare: bool,
+    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    #[arg(long, value_name = "V")]
+    pub variant: Option<String>,
+    /// Print Mitsuba's log too; twice for more of it
+    #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print warnings and errors alone
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
 /// Print a folder that the stock `mitsuba -a DIR` finds the plugin in.
 ///
 /// The plugin is copied to DIR/plugins. In Python, give DIR to mi.file_resolver().append().
@@ -156,6 +215,17 @@ fn parse_pair(text: &str) -> Result<(String, String), String> {
         }
         Some(_) => Err("the name before '=' is empty or holds a space; write NAME=VALUE".into()),
         None => Err("it has no '='; write NAME=VALUE".into()),
+    }
+}
+
+/// A number with a unit.
+fn parse_span(text: &str) -> Result<Duration, String> {
+    match humantime::parse_duration(text) {
+        Ok(span) if !span.is_zero() => Ok(span),
+        _ => Err(
+            "it is no span of time above 0; write a number with its unit, such as 90s, 5m or 2h"
+                .into(),
+        ),
     }
 }
 
@@ -184,6 +254,18 @@ impl CompareArguments {
 }
 
 #[cfg(test)]
+impl ReproduceArguments {
+    /// The arguments of `vpt reproduce`, as the parser reads them.
+    pub fn parse(words: &[&str]) -> Result<Self, clap::Error> {
+        let argv = ["vpt", "reproduce"].iter().chain(words);
+        match Arguments::try_parse_from(argv)?.command {
+            Command::Reproduce(arguments) => Ok(arguments),
+            _ => unreachable!("the command is reproduce"),
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
@@ -200,6 +282,15 @@ mod tests {
         assert!(parse_pair("a").unwrap_err().contains("no '='"));
         assert!(parse_pair("=b").unwrap_err().contains("empty"));
         assert!(parse_pair("a b=c").unwrap_err().contains("space"));
+    }
+
+    #[test]
+    fn span_has_a_unit() {
+        assert_eq!(parse_span("5m"), Ok(Duration::from_secs(300)));
+        assert_eq!(parse_span("1h 30m"), Ok(Duration::from_secs(5400)));
+        for text in ["5", "0s", "-3s", "soon", ""] {
+            assert!(parse_span(text).unwrap_err().contains("such as 90s"), "{text}");
+        }
     }
 
     #[test]

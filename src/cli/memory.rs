@@ -16,6 +16,30 @@ pub fn forget_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
+/// Memory from a moment on.
+pub struct Watch {
+    resident: Option<u64>,
+    peak: Option<u64>,
+}
+
+impl Watch {
+    pub fn begin() -> Self {
+        let watch = Watch { resident: resident(), peak: peak() };
+        forget_peak();
+        watch
+    }
+
+    /// Most resident memory [bytes] since the start of the process.
+    pub fn peak(&self) -> Option<u64> {
+        self.peak.max(peak())
+    }
+
+    /// Most resident memory [bytes] on top of what there was in the beginning.
+    pub fn growth(&self) -> Option<u64> {
+        Some(peak()?.saturating_sub(self.resident?))
+    }
+}
+
 fn read(field: &str) -> Option<u64> {
     parse(&std::fs::read_to_string("/proc/self/status").ok()?, field)
 }
@@ -30,6 +54,18 @@ fn parse(status: &str, field: &str) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn watch_sees_what_came_after_its_beginning() {
+        let before = vec![1u8; 64 << 20];
+        let watch = Watch::begin();
+        drop(before);
+        let Some(small) = watch.growth() else { return };
+        let after = vec![1u8; 96 << 20];
+        let grown = watch.growth().unwrap();
+        assert!(after.iter().all(|&byte| byte == 1));
+        assert!(grown > small + (16 << 20) && watch.peak().unwrap() > 96 << 20, "{small} {grown}");
+    }
 
     #[test]
     fn memory_is_read_from_the_status() {

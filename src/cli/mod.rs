@@ -8,9 +8,10 @@
 //! | 130 | aborted by Ctrl-C: a second one, or one before the first pass was done |
 //!
 //! Everything that the program has to say goes to stderr, except for results: the line that sums a
-//! render up, the table of a comparison, and the folder of `plugin-dir`.
+//! render up, the table of a comparison, what it says of the paper's claims, and the folder of `plugin-dir`.
 
 mod arguments;
+mod cache;
 mod compare;
 mod failure;
 mod goal;
@@ -19,6 +20,7 @@ mod job;
 mod memory;
 mod plugin_dir;
 mod progress;
+mod reproduce;
 mod run;
 mod statistics;
 mod target;
@@ -29,6 +31,7 @@ use clap::Parser;
 use compare::CompareJob;
 use failure::Failure;
 use job::RenderJob;
+use reproduce::ReproduceJob;
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -57,6 +60,10 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Compare(arguments) => {
             let job = CompareJob::new(arguments).map_err(Failure::bad_input)?;
             compare::run(&job)
+        }
+        Command::Reproduce(arguments) => {
+            let job = ReproduceJob::new(arguments).map_err(Failure::bad_input)?;
+            reproduce::run(&job)
         }
         Command::Contestant => compare::serve(),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),

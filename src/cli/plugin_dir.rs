@@ -1,6 +1,7 @@
 //! `vpt plugin-dir`: a folder in which the stock Mitsuba finds the plugin.
 
 use super::arguments::PluginDirArguments;
+use super::cache;
 use super::failure::Failure;
 use super::print_result;
 use super::target::Target;
@@ -26,7 +27,7 @@ fn fill(arguments: &PluginDirArguments) -> anyhow::Result<PathBuf> {
     match &arguments.dir {
         Some(folder) => install(&library, folder),
         None => install(&library, &beside.join(FOLDER))
-            .or_else(|error| install(&library, &cache_folder().ok_or(error)?.join(FOLDER))),
+            .or_else(|error| install(&library, &cache::folder().ok_or(error)?.join(FOLDER))),
     }
 }
 
@@ -56,12 +57,6 @@ fn install(library: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     Target::check(plugins.join(format!("vpt{DLL_SUFFIX}")))?
         .replace(|aside| Ok(fs::copy(library, aside).map(drop)?))?;
     Ok(folder.canonicalize()?)
-}
-
-/// The user's folder for files that can be made again.
-fn cache_folder() -> Option<PathBuf> {
-    let folder = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::failure::Failure;
 use super::goal::OPEN_PASSES;
 use super::interrupt::Interrupt;
 use super::job::RenderJob;
+use super::memory::Watch;
 use super::progress::{Display, Reporter};
 use super::statistics::{Ending, Facts, Report};
 use super::{print_result, say, text};
@@ -23,11 +24,22 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     job.check_sensor(scene.sensor_count()).map_err(Failure::bad_input)?;
     let film_size = scene.film_size(job.sensor);
 
+    let memory = Watch::begin();
     let (stats, ending) = render_passes(job, &session, &mut scene)?;
     job.picture.replace(|aside| Ok(scene.write(aside)?)).map_err(Failure::failed)?;
     if let Some(target) = &job.stats {
         let (variant, notes) = (session.variant(), scene.notes());
-        let facts = Facts { variant, film_size, notes, load_seconds, ending, stats: &stats };
+        let (peak_memory, render_memory) = (memory.peak(), memory.growth());
+        let facts = Facts {
+            variant,
+            film_size,
+            notes,
+            load_seconds,
+            peak_memory,
+            render_memory,
+            ending,
+            stats: &stats,
+        };
         Report::new(job, &facts).write(target).map_err(Failure::failed)?;
     }
     conclude(job, &stats)

@@ -1,7 +1,6 @@
 //! The file that `--stats` writes.
 
 use super::job::RenderJob;
-use super::memory;
 use super::target::Target;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -46,6 +45,8 @@ pub struct Report<'a> {
     load_seconds: f64,
     /// Most memory that the process held at any time; `null` where the system does not tell.
     peak_memory_bytes: Option<u64>,
+    /// Most memory that the render took on top of the loaded scene.
+    render_memory_bytes: Option<u64>,
     notes: &'a [String],
     #[serde(flatten)]
     stats: &'a Stats,
@@ -57,6 +58,9 @@ pub struct Facts<'a> {
     pub film_size: [u32; 2],
     pub notes: &'a [String],
     pub load_seconds: f64,
+    /// Bytes.
+    pub peak_memory: Option<u64>,
+    pub render_memory: Option<u64>,
     pub ending: Ending,
     pub stats: &'a Stats,
 }
@@ -75,7 +79,8 @@ impl<'a> Report<'a> {
             settings: as_map(&job.scene.settings),
             ending: facts.ending,
             load_seconds: facts.load_seconds,
-            peak_memory_bytes: memory::peak(),
+            peak_memory_bytes: facts.peak_memory,
+            render_memory_bytes: facts.render_memory,
             notes: facts.notes,
             stats: facts.stats,
         }

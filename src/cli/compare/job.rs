@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 use vpt::host::session::{SceneFile, VARIANTS};
-use vpt::method::Method;
+use vpt::method::{Method, Parameters};
 use vpt::report::picture::{Picture, PictureError};
 use vpt::report::results::Comparison;
 
@@ -29,6 +29,8 @@ pub struct CompareJob {
     pub reference_method: Option<String>,
     /// Seconds.
     pub reference_time: f64,
+    /// None leaves the photons per pass to the scene, for all methods.
+    pub per_pass: Option<PerPass>,
     pub folder: Folder,
     /// Whether to forget an interrupted comparison.
     pub restart: bool,
@@ -36,6 +38,22 @@ pub struct CompareJob {
     pub sensor: usize,
     pub verbosity: u8,
     pub quiet: bool,
+}
+
+/// Walks per pass by what they leave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PerPass {
+    pub photons: u64,
+    pub beams: u64,
+}
+
+impl PerPass {
+    pub fn of(self, method: Method) -> u64 {
+        match method {
+            Method::Ppt | Method::PptMetro | Method::Apa => self.photons,
+            Method::Ppbt | Method::PpbtMetro | Method::Ppb => self.beams,
+        }
+    }
 }
 
 /// A mistake in the arguments of a comparison, with the mend.
@@ -121,6 +139,7 @@ impl CompareJob {
             reference,
             reference_method: Some(arguments.reference_method).filter(|name| name != "auto"),
             reference_time,
+            per_pass: None,
             folder: Folder::check(folder)?,
             restart: arguments.restart,
             variant: arguments.variant,
@@ -143,6 +162,16 @@ impl CompareJob {
         }
         let folder = self.folder.path().to_owned();
         Err(CompareError::OtherSettings { folder, differences })
+    }
+
+    /// The scene's parameters, with the photons per pass that the job has for a method.
+    pub fn parameters_of(&self, entrant: &Entrant, scene: &Parameters) -> Parameters {
+        match (self.per_pass, entrant.integrator.parse()) {
+            (Some(per_pass), Ok(method)) => {
+                Parameters { photons: per_pass.of(method), ..scene.clone() }
+            }
+            _ => scene.clone(),
+        }
     }
 
     /// Checks the reference against the film of the loaded scene.

@@ -17,7 +17,10 @@ mod run;
 mod scene_files;
 mod schedule;
 mod settings;
+mod stage;
 
-pub use job::CompareJob;
+pub use folder::{Folder, FolderError};
+pub use job::{CompareError, CompareJob, PerPass};
 pub use remote::serve;
-pub use run::run;
+pub use run::{measure, run};
+pub use stage::Stage;

@@ -6,13 +6,13 @@ use super::job::CompareJob;
 use super::ledger::Ledger;
 use super::reference::{self, Subject};
 use super::schedule::{take_turns, Lane};
-use super::{kernels, scene_files, settings};
+use super::stage::Stage;
+use super::{scene_files, settings};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::{memory, print_result, say, text};
 use anyhow::{anyhow, Context, Result};
 use std::collections::BTreeMap;
-use vpt::host::session::Session;
 use vpt::method::{Method, Parameters};
 use vpt::report::metrics::Judge;
 use vpt::report::results::{self, Comparison, Reference};
@@ -32,22 +32,23 @@ struct Field<'a> {
     earlier: Option<Comparison>,
 }
 
-/// Loads, checks, renders, measures, writes. Nothing is rendered before everything that can be checked was checked.
 pub fn run(job: &CompareJob) -> Result<(), Failure> {
-    let kernels = kernels::empty_folder().map_err(Failure::failed)?;
-    // No other thread runs yet.
-    std::env::set_var(kernels::VARIABLE, kernels.path());
-    let session =
-        Session::start(job.variant.as_deref(), None, job.verbosity).map_err(Failure::failed)?;
+    let stage = Stage::open(job.variant.as_deref(), job.verbosity, job.quiet)?;
+    measure(&stage, job)
+}
+
+/// Loads, checks, renders, measures, writes. Nothing is rendered before everything that can be checked was checked.
+pub fn measure(stage: &Stage, job: &CompareJob) -> Result<(), Failure> {
+    let session = &stage.session;
     let scene = session.load(&job.scene).map_err(Failure::bad_input)?;
     crate::cli::job::check_sensor(job.sensor, scene.sensor_count(), &job.scene.path)
         .map_err(Failure::bad_input)?;
     let size = scene.film_size(job.sensor);
     job.check_reference(size).map_err(Failure::bad_input)?;
-    let ground = Ground { session: &session, scene: &scene, sensor: job.sensor, size };
+    let ground = Ground { session, scene: &scene, sensor: job.sensor, size };
     let parameters = scene.parameters(job.sensor).map_err(Failure::bad_input)?;
     if let Some(name) = &job.reference_method {
-        let found = Meaning::find(name, &session, &parameters);
+        let found = Meaning::find(name, session, &parameters);
         found.context("--reference-method cannot be used").map_err(Failure::bad_input)?;
     }
     let scene_hash = scene_files::hash(&job.scene).context("cannot read the scene's files");
@@ -55,13 +56,15 @@ pub fn run(job: &CompareJob) -> Result<(), Failure> {
     let settings = settings::of(job, scene_hash).context("cannot read the reference");
     let settings = settings.map_err(Failure::failed)?;
     let earlier = job.interrupted(&settings).map_err(Failure::bad_input)?;
-    let entries =
-        job.entrants.iter().map(|entrant| Entry::find(entrant, &job.scene, &ground, &parameters));
+    let entries = job.entrants.iter().map(|entrant| {
+        Entry::find(entrant, &job.scene, &ground, &job.parameters_of(entrant, &parameters))
+    });
     let entries = entries.collect::<Result<_>>().map_err(Failure::bad_input)?;
-    compete(Field { job, ground, parameters, entries, scene_hash, settings, earlier })
+    let field = Field { job, ground, parameters, entries, scene_hash, settings, earlier };
+    compete(field, &stage.interrupt)
 }
 
-fn compete(mut field: Field) -> Result<(), Failure> {
+fn compete(mut field: Field, interrupt: &Interrupt) -> Result<(), Failure> {
     let job = field.job;
     job.folder.make().map_err(Failure::failed)?;
     let quiet = job.quiet;
@@ -70,17 +73,13 @@ fn compete(mut field: Field) -> Result<(), Failure> {
             say(line);
         }
     };
-    let interrupt = Interrupt::listen(move || {
-        tell("stopping after this step, to write the report; Ctrl-C again aborts without one");
-    });
-    let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
     announce(&field, tell);
 
     let media = field.ground.scene.lend(job.sensor).map_err(Failure::failed)?;
     let media = media.scene().description().media.clone();
     let (ground, scene_hash, parameters) = (field.ground, field.scene_hash, &field.parameters);
     let subject = Subject { ground, scene_hash, media: &media, parameters: parameters.clone() };
-    let obtained = reference::obtain(job, &subject, &interrupt, tell).map_err(Failure::failed)?;
+    let obtained = reference::obtain(job, &subject, interrupt, tell).map_err(Failure::failed)?;
     let Some((picture, reference)) = obtained else { return Err(nothing_measured()) };
     let judge = Judge::new(picture.clone());
 
@@ -93,7 +92,7 @@ fn compete(mut field: Field) -> Result<(), Failure> {
         tell(&take_over(&mut ledger, &field));
     }
     for seed in 0..job.seeds {
-        race(&field, seed, &judge, &interrupt, &mut ledger, tell).map_err(Failure::failed)?;
+        race(&field, seed, &judge, interrupt, &mut ledger, tell).map_err(Failure::failed)?;
         if interrupt.requested() {
             break;
         }

@@ -28,6 +28,14 @@ calibration:
 reproduce *ARGS="all":
     cargo run --release -- reproduce {{ARGS}}
 
+# Put what `just reproduce` measured into the documents
+results FOLDER="reproduction":
+    mkdir -p docs/results
+    cp {{FOLDER}}/claims.md docs/results/claims.md
+    cp {{FOLDER}}/dragon_smokes/rmse.svg docs/results/dragon_smokes.svg
+    cp {{FOLDER}}/breakfast_hall/rmse.svg docs/results/breakfast_hall.svg
+    cp {{FOLDER}}/kitchen/rmse.svg docs/results/kitchen.svg
+
 bench:
     cargo bench
 

@@ -1,8 +1,8 @@
 //! The chains of one family, in lockstep.
 
+use super::batches::batching;
 use super::mutation::MutationSize;
 use super::recorded::{Mutated, PrimarySample, Recorded, Replayed};
-use super::shooter::batching;
 use super::trails::Trails;
 use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batching, SceneResult};

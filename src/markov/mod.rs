@@ -25,6 +25,7 @@
 //! dropped, those that stay are uniform on what is left. New view rays see another part, so with each
 //! jitter chains start anew.
 
+mod batches;
 mod chains;
 mod mutation;
 mod recorded;

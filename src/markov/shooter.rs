@@ -1,10 +1,11 @@
 //! Shoots a pass by the uniform stream and, for each family that profits, by chains.
 
+use super::batches::batching;
 use super::chains::{ChainCounts, Clock, Population, State};
 use super::recorded::Recorded;
 use super::trails::Trails;
 use crate::math::uniform::{self, Purpose};
-use crate::scene::{Batch, Batching, SceneResult};
+use crate::scene::{Batch, SceneResult};
 use crate::transport::counters::Counters;
 use crate::transport::deposits::{Deposits, PixelSums};
 use crate::transport::gather::Target;
@@ -33,8 +34,6 @@ const ROUNDS: u64 = 8;
 const FEWEST_CHAINS: u64 = 64;
 const MOST_CHAINS_ALONE: u64 = 1 << 10;
 const MOST_CHAINS_BY_KERNEL: u64 = 1 << 16;
-/// Lanes per batch where several threads work side by side: small, so that each gets some.
-const CONCURRENT_LANES: u64 = 64;
 
 /// Which families get chains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -382,17 +381,6 @@ fn balance(uniform: &Counters, mutated: &Counters) -> f64 {
         return 1.0;
     }
     (UNIFORM_EFFORT * cost(mutated) / cost(uniform).max(1.0)).max(UNIFORM_EFFORT)
-}
-
-/// How a job of `walks` likes its batches: where threads work side by side, of equal size, so that none
-/// waits long for another.
-pub(super) fn batching(target: &Target, walks: u64) -> Batching {
-    let Batching { lanes, concurrent } = target.scene.batching();
-    if !concurrent {
-        return Batching { lanes, concurrent };
-    }
-    let batches = walks.div_ceil(CONCURRENT_LANES).max(1);
-    Batching { lanes: walks.div_ceil(batches).max(1) as usize, concurrent }
 }
 
 fn visible_share(counters: &Counters) -> PerFamily<f64> {

@@ -7,7 +7,7 @@ use super::picture::Picture;
 use super::plot::{Chart, PlotError};
 use super::results::{Comparison, Metric, Phase, Run};
 use super::summary::{summarize, Summary, TimeTo, LEVELS};
-use super::text;
+use super::{cells, text};
 use base64::prelude::{Engine, BASE64_STANDARD};
 use image::RgbImage;
 use std::fmt::Write;
@@ -117,7 +117,7 @@ fn summary_table(comparison: &Comparison, summaries: &[Summary]) -> String {
             }
             None => out += "<td>–<td>–<td>–",
         }
-        let _ = write!(out, "<td>{}", text::rate(summary));
+        let _ = write!(out, "<td>{}", cells::rate(summary));
         out.extend(summary.times.iter().map(time_cell));
     }
     out += "</table></div>";
@@ -138,7 +138,7 @@ fn time_cell(time: &TimeTo) -> String {
     let factor = time.speed_up.map_or(String::new(), |factor| {
         format!("<small><b>{} ×</b></small>", text::number(factor))
     });
-    format!("<td>{}{range}{factor}", escape(&text::reached(time)))
+    format!("<td>{}{range}{factor}", escape(&cells::reached(time)))
 }
 
 fn plots(comparison: &Comparison) -> Result<String, PlotError> {

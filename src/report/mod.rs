@@ -13,6 +13,7 @@
 //! ```
 
 mod axis;
+mod cells;
 pub mod crops;
 pub mod csv;
 pub mod curve;

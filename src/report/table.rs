@@ -2,7 +2,7 @@
 
 use super::results::Comparison;
 use super::summary::{Summary, LEVELS};
-use super::text;
+use super::{cells, text};
 
 /// One line per method, columns aligned, and what their marks mean below.
 pub fn table(comparison: &Comparison, summaries: &[Summary]) -> String {
@@ -31,10 +31,10 @@ fn row(name: String, summary: &Summary) -> Vec<String> {
         last(summary.last.map(|errors| text::percent(errors.relative()))),
         last(summary.last.map(|errors| text::number(errors.rmse))),
         last(summary.last.map(|errors| text::number(errors.flip))),
-        text::rate(summary),
+        cells::rate(summary),
     ];
     for time in &summary.times {
-        row.push(text::reached(time));
+        row.push(cells::reached(time));
         row.push(time.speed_up.map_or("–".into(), |ratio| format!("{}x", text::number(ratio))));
     }
     row

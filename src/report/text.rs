@@ -1,8 +1,6 @@
 //! Numbers as people read them.
 
-use super::curve::Reached;
 use super::results::{Comparison, Method};
-use super::summary::{Summary, TimeTo};
 
 /// Three digits.
 pub fn number(value: f64) -> String {
@@ -19,24 +17,6 @@ pub fn number(value: f64) -> String {
 /// `2.34 %`.
 pub fn percent(share: f64) -> String {
     format!("{} %", number(100.0 * share))
-}
-
-/// `12.3 s`, `< 0.20 s`, `not reached`.
-pub fn reached(time: &TimeTo) -> String {
-    match time.reached {
-        Reached::After { seconds } => format!("{} s", number(seconds)),
-        Reached::Before { seconds } => format!("< {} s", number(seconds)),
-        Reached::Never => "not reached".into(),
-    }
-}
-
-/// `-0.49 ± 0.01`.
-pub fn rate(summary: &Summary) -> String {
-    match (summary.rate, summary.rate_error) {
-        (Some(rate), Some(error)) => format!("{rate:.2} ± {error:.2}"),
-        (Some(rate), None) => format!("{rate:.2}"),
-        (None, _) => "–".into(),
-    }
 }
 
 /// The name, with a star where the picture is not that of the scene and a dagger where the reference was rendered by

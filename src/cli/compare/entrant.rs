@@ -1,6 +1,6 @@
 //! The names of `--methods`: a method or integrator, and the variant that it shall render in.
 
-use super::job::CompareError;
+use super::error::CompareError;
 use crate::cli::job::check_variant;
 
 /// One name, such as `ppt` or `volpath@llvm_ad_rgb`.

@@ -1,17 +1,16 @@
-//! Arguments of a comparison that were found to make sense, and what can be wrong with them.
+//! Arguments of a comparison that were found to make sense.
 
 use super::entrant::Entrant;
-use super::folder::{Folder, FolderError};
-use super::settings;
+use super::error::CompareError;
+use super::folder::Folder;
+use super::per_pass::PerPass;
 use crate::cli::arguments::CompareArguments;
-use crate::cli::job::{check_pairs, check_scene, check_settings, check_variant, JobError};
-use std::collections::BTreeMap;
+use crate::cli::job::{check_pairs, check_scene, check_settings, check_variant};
 use std::path::PathBuf;
 use std::time::Duration;
 use vpt::host::session::{SceneFile, VARIANTS};
-use vpt::method::{Method, Parameters};
-use vpt::report::picture::{Picture, PictureError};
-use vpt::report::results::Comparison;
+use vpt::method::Parameters;
+use vpt::report::picture::Picture;
 
 /// The rendered reference has so many times the time of a method.
 const REFERENCE_TIMES: f64 = 4.0;
@@ -38,68 +37,6 @@ pub struct CompareJob {
     pub sensor: usize,
     pub verbosity: u8,
     pub quiet: bool,
-}
-
-/// Walks per pass by what they leave.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PerPass {
-    pub photons: u64,
-    pub beams: u64,
-}
-
-impl PerPass {
-    pub fn of(self, method: Method) -> u64 {
-        match method {
-            Method::Ppt | Method::PptMetro | Method::Apa => self.photons,
-            Method::Ppbt | Method::PpbtMetro | Method::Ppb => self.beams,
-        }
-    }
-}
-
-/// A mistake in the arguments of a comparison, with the mend.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    #[error(transparent)]
-    Common(#[from] JobError),
-    #[error(
-        "--methods holds an empty name; write names with commas between them, such as ppt,volpath"
-    )]
-    EmptyMethod,
-    #[error("--methods names \"{0}\" twice; keep one of them")]
-    MethodTwice(String),
-    #[error("{option} is {seconds}, but must be a number of seconds above 0")]
-    Seconds { option: &'static str, seconds: f64 },
-    #[error("--reference cannot be used")]
-    Reference(#[from] PictureError),
-    #[error(
-        "the reference \"{}\" has {} x {} pixels, but the scene's film has {} x {}; render one of that size, \
-         or leave --reference out", .path.display(), .found[0], .found[1], .wanted[0], .wanted[1]
-    )]
-    ReferenceSize { path: PathBuf, found: [usize; 2], wanted: [usize; 2] },
-    #[error("the reference \"{}\" is black, so no error can be told relative to it", .0.display())]
-    ReferenceBlack(PathBuf),
-    #[error(
-        "the folder \"{}\" holds an interrupted comparison with other settings: {}; go on with the same, name another \
-         folder with -o, or start anew with --restart", .folder.display(), .differences.join(", ")
-    )]
-    OtherSettings { folder: PathBuf, differences: Vec<String> },
-    #[error("--reference-method is \"{0}\", but the reference has the comparison's variant; leave \"@...\" out")]
-    ReferenceVariant(String),
-    #[error("the folder (-o) cannot be used")]
-    Folder(#[from] FolderError),
-    #[error(
-        "unknown method or integrator \"{name}\"; use vpt's {ours}, or one of Mitsuba's, such as volpath, \
-         volpathmis, path or ptracer"
-    )]
-    UnknownMethod { name: String, ours: String },
-}
-
-impl CompareError {
-    /// Neither vpt nor Mitsuba knows the name.
-    pub fn unknown_method(name: &str) -> Self {
-        let ours = Method::ALL.map(Method::name).join(", ");
-        CompareError::UnknownMethod { name: name.to_owned(), ours }
-    }
 }
 
 impl CompareJob {
@@ -147,21 +84,6 @@ impl CompareJob {
             verbosity: arguments.verbose,
             quiet: arguments.quiet,
         })
-    }
-
-    /// An interrupted comparison in the folder, to go on with; refuses one with other settings.
-    pub fn interrupted(
-        &self,
-        settings: &BTreeMap<String, String>,
-    ) -> Result<Option<Comparison>, CompareError> {
-        let earlier = self.folder.load().filter(|earlier| earlier.interrupted && !self.restart);
-        let Some(earlier) = earlier else { return Ok(None) };
-        let differences = settings::differences(&earlier.settings, settings);
-        if differences.is_empty() {
-            return Ok(Some(earlier));
-        }
-        let folder = self.folder.path().to_owned();
-        Err(CompareError::OtherSettings { folder, differences })
     }
 
     /// The scene's parameters, with the photons per pass that the job has for a method.

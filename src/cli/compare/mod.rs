@@ -4,12 +4,15 @@
 mod contestants;
 mod entrant;
 mod entry;
+mod error;
 mod folder;
 mod job;
 mod kernels;
 mod ledger;
+mod meaning;
 mod meter;
 mod own;
+mod per_pass;
 mod protocol;
 mod reference;
 mod remote;
@@ -20,7 +23,9 @@ mod settings;
 mod stage;
 
 pub use folder::{Folder, FolderError};
-pub use job::{CompareError, CompareJob, PerPass};
+pub use error::CompareError;
+pub use job::CompareJob;
+pub use per_pass::PerPass;
 pub use remote::serve;
 pub use run::{measure, run};
 pub use stage::Stage;

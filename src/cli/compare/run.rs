@@ -1,7 +1,8 @@
 //! Runs a comparison, and tells the user what came of it.
 
 use super::contestants::Preparation;
-use super::entry::{Entry, Ground, Meaning};
+use super::entry::Entry;
+use super::meaning::{Ground, Meaning};
 use super::job::CompareJob;
 use super::ledger::Ledger;
 use super::reference::{self, Subject};
@@ -55,7 +56,7 @@ pub fn measure(stage: &Stage, job: &CompareJob) -> Result<(), Failure> {
     let scene_hash = scene_hash.map_err(Failure::failed)?;
     let settings = settings::of(job, scene_hash).context("cannot read the reference");
     let settings = settings.map_err(Failure::failed)?;
-    let earlier = job.interrupted(&settings).map_err(Failure::bad_input)?;
+    let earlier = settings::interrupted(job, &settings).map_err(Failure::bad_input)?;
     let entries = job.entrants.iter().map(|entrant| {
         Entry::find(entrant, &job.scene, &ground, &job.parameters_of(entrant, &parameters))
     });

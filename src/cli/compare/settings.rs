@@ -1,10 +1,13 @@
 //! What a comparison was asked for. One that was interrupted can go on with the same, and with nothing else.
 
+use super::error::CompareError;
 use super::job::CompareJob;
+use super::per_pass::PerPass;
 use super::scene_files::Hash;
 use std::collections::BTreeMap;
 use std::io;
 use vpt::host::session::VARIANTS;
+use vpt::report::results::Comparison;
 
 /// Stands for the scene's files among the settings.
 const SCENE: &str = "scene";
@@ -23,6 +26,9 @@ pub fn of(job: &CompareJob, scene_hash: u64) -> io::Result<BTreeMap<String, Stri
         ("--set", pairs(&job.scene.settings)),
         ("-D", pairs(&job.scene.defines)),
     ];
+    if let Some(PerPass { photons, beams }) = job.per_pass {
+        all.push(("walks per pass", format!("{photons} of photons, {beams} of beams")));
+    }
     match &job.reference {
         Some((path, _)) => {
             let mut hash = Hash::default();
@@ -42,8 +48,23 @@ fn pairs(pairs: &[(String, String)]) -> String {
     pairs.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
 }
 
+/// An interrupted comparison in the job's folder, to go on with; refuses one with other settings.
+pub fn interrupted(
+    job: &CompareJob,
+    settings: &BTreeMap<String, String>,
+) -> Result<Option<Comparison>, CompareError> {
+    let earlier = job.folder.load().filter(|earlier| earlier.interrupted && !job.restart);
+    let Some(earlier) = earlier else { return Ok(None) };
+    let differences = differences(&earlier.settings, settings);
+    if differences.is_empty() {
+        return Ok(Some(earlier));
+    }
+    let folder = job.folder.path().to_owned();
+    Err(CompareError::OtherSettings { folder, differences })
+}
+
 /// What differs between the settings of then and now, in words; empty where nothing does.
-pub fn differences(then: &BTreeMap<String, String>, now: &BTreeMap<String, String>) -> Vec<String> {
+fn differences(then: &BTreeMap<String, String>, now: &BTreeMap<String, String>) -> Vec<String> {
     let mut names: Vec<&String> = then.keys().chain(now.keys()).collect();
     names.sort();
     names.dedup();

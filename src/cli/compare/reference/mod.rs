@@ -4,7 +4,7 @@
 mod choice;
 mod pair;
 
-use super::entry::{Ground, Meaning};
+use super::meaning::{Ground, Meaning};
 use super::job::CompareJob;
 use super::scene_files::Hash;
 use crate::cli::interrupt::Interrupt;

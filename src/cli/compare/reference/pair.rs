@@ -2,7 +2,7 @@
 //! good it is.
 
 use crate::cli::compare::contestants::{Contestant, Preparation};
-use crate::cli::compare::entry::{Ground, Meaning};
+use crate::cli::compare::meaning::{Ground, Meaning};
 use crate::cli::interrupt::Interrupt;
 use anyhow::Result;
 use std::time::Instant;

@@ -22,8 +22,8 @@ mod schedule;
 mod settings;
 mod stage;
 
-pub use folder::{Folder, FolderError};
 pub use error::CompareError;
+pub use folder::{Folder, FolderError};
 pub use job::CompareJob;
 pub use per_pass::PerPass;
 pub use remote::serve;

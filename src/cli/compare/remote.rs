@@ -2,9 +2,9 @@
 //! of their own. They take turns like all others: a process that is not asked does nothing.
 
 use super::contestants::Contestant;
-use super::meaning::{Ground, Meaning};
 use super::error::CompareError;
 use super::kernels;
+use super::meaning::{Ground, Meaning};
 use super::meter::Meter;
 use super::protocol::{receive, receive_pixels, send, send_pixels, Order, Reply, Request};
 use crate::cli::failure::Failure;

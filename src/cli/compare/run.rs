@@ -2,9 +2,9 @@
 
 use super::contestants::Preparation;
 use super::entry::Entry;
-use super::meaning::{Ground, Meaning};
 use super::job::CompareJob;
 use super::ledger::Ledger;
+use super::meaning::{Ground, Meaning};
 use super::reference::{self, Subject};
 use super::schedule::{take_turns, Lane};
 use super::stage::Stage;

@@ -4,8 +4,8 @@
 mod choice;
 mod pair;
 
-use super::meaning::{Ground, Meaning};
 use super::job::CompareJob;
+use super::meaning::{Ground, Meaning};
 use super::scene_files::Hash;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::target::Target;

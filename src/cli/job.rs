@@ -230,49 +230,34 @@ fn check_target(option: &'static str, path: PathBuf) -> Result<Target, JobError>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::bench::Bench;
     use crate::cli::failure::Failure;
-    use tempfile::TempDir;
 
-    /// A folder with a file `scene.xml`, and the arguments that render it there.
-    struct Bench {
-        folder: TempDir,
+    fn job_of(bench: &Bench, words: &[&str]) -> Result<RenderJob, JobError> {
+        let (scene, output) = (bench.path("scene.xml"), bench.path("out.exr"));
+        let mut all = vec![scene.as_str()];
+        all.extend(words);
+        if !words.contains(&"-o") {
+            all.extend(["-o", &output]);
+        }
+        RenderJob::new(RenderArguments::parse(&all).unwrap())
     }
 
-    impl Bench {
-        fn new() -> Self {
-            let folder = tempfile::tempdir().unwrap();
-            std::fs::write(folder.path().join("scene.xml"), "<scene version=\"3.0.0\"/>").unwrap();
-            Bench { folder }
-        }
-
-        fn path(&self, name: &str) -> String {
-            self.folder.path().join(name).to_str().unwrap().to_owned()
-        }
-
-        fn job(&self, words: &[&str]) -> Result<RenderJob, JobError> {
-            let (scene, output) = (self.path("scene.xml"), self.path("out.exr"));
-            let mut all = vec![scene.as_str()];
-            all.extend(words);
-            if !words.contains(&"-o") {
-                all.extend(["-o", &output]);
-            }
-            RenderJob::new(RenderArguments::parse(&all).unwrap())
-        }
-
-        fn refusal(&self, words: &[&str]) -> String {
-            match self.job(words) {
-                Ok(_) => panic!("{words:?} was not refused"),
-                Err(error) => Failure::bad_input(error).message(),
-            }
+    fn refusal(bench: &Bench, words: &[&str]) -> String {
+        match job_of(bench, words) {
+            Ok(_) => panic!("{words:?} was not refused"),
+            Err(error) => Failure::bad_input(error).message(),
         }
     }
 
     #[test]
     fn arguments_reach_the_job() {
         let bench = Bench::new();
-        let job = bench
-            .job(&["-D", "a=1", "--set", "alpha=0.5", "--method", "ppt", "--timeout", "2.5"])
-            .unwrap();
+        let job = job_of(
+            &bench,
+            &["-D", "a=1", "--set", "alpha=0.5", "--method", "ppt", "--timeout", "2.5"],
+        )
+        .unwrap();
         assert_eq!(job.scene.path, Path::new(&bench.path("scene.xml")));
         assert_eq!(job.scene.defines, [("a".to_owned(), "1".to_owned())]);
         assert_eq!(job.scene.settings, [("alpha".to_owned(), "0.5".to_owned())]);
@@ -317,7 +302,7 @@ mod tests {
             (&["--stats", &scene], &["--stats", "scene.xml", "another file"]),
             (&["--stats", &picture], &["--stats", "out.exr", "another file"]),
         ] {
-            let message = bench.refusal(words);
+            let message = refusal(&bench, words);
             for part in parts {
                 assert!(message.contains(part), "{words:?}: no {part:?} in: {message}");
             }
@@ -336,7 +321,7 @@ mod tests {
 
     #[test]
     fn sensor_must_exist() {
-        let job = Bench::new().job(&["--sensor", "2"]).unwrap();
+        let job = job_of(&Bench::new(), &["--sensor", "2"]).unwrap();
         assert!(job.check_sensor(3).is_ok());
         let message = job.check_sensor(2).unwrap_err().to_string();
         assert!(message.contains("--sensor is 2") && message.contains("last sensor is 1"));

@@ -11,6 +11,8 @@
 //! render up, the table of a comparison, what it says of the paper's claims, and the folder of `plugin-dir`.
 
 mod arguments;
+#[cfg(test)]
+mod bench;
 mod cache;
 mod compare;
 mod failure;
@@ -82,6 +84,15 @@ fn print_usage(answer: &clap::Error) -> ExitCode {
 /// Prints a line on stderr. A stderr that nobody reads is no reason to stop.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Prints lines on stderr unless the user wants quiet.
+fn teller(quiet: bool) -> impl Fn(&str) + Copy {
+    move |line| {
+        if !quiet {
+            say(line);
+        }
+    }
 }
 
 /// Prints a line of results on stdout.

@@ -125,18 +125,21 @@ impl ErrorSums {
         let count = (3 * self.pixels.len()) as f64;
         let sums = self.pixels.iter().flat_map(|pixel| pixel.sum).sum::<f64>();
         let floor = (0.1 * sums / self.count() / count).powi(2).max(f64::MIN_POSITIVE);
-        let correlation = self.correlation(floor);
-        let (mut noise, mut bias) = (0.0, 0.0);
+        let (mut steps, mut spread, mut squared_bias, mut bias_spread) = (0.0, 0.0, 0.0, 0.0);
         for pixel in &self.pixels {
-            for channel in 0..3 {
-                let variance = self.variance(pixel, channel);
-                noise += variance / self.scale(pixel, channel, floor);
+            let scales = [0, 1, 2].map(|channel| self.scale(pixel, channel, floor));
+            for (channel, scale) in scales.into_iter().enumerate() {
+                steps += f64::from(pixel.steps[channel]) / scale;
+                spread += self.variance(pixel, channel) / scale;
             }
-            let scale = (0..3).map(|channel| self.scale(pixel, channel, floor)).sum::<f64>();
-            bias += 9.0 * self.squared_bias(pixel, correlation) / scale;
+            let scale = scales.iter().sum::<f64>() / 9.0;
+            squared_bias += self.bias(pixel).powi(2) / scale;
+            bias_spread += self.variance_of_bias(pixel) / scale;
         }
-        noise = noise * inflation(correlation) / count;
-        bias = (bias / count).max(0.0);
+        let correlation = self.correlation(steps, spread);
+        let inflation = inflation(correlation);
+        let noise = spread * inflation / count;
+        let bias = ((squared_bias - bias_spread * inflation) / count).max(0.0);
         Some(ErrorEstimate {
             relative: (noise + bias).sqrt(),
             noise: noise.sqrt(),
@@ -152,10 +155,12 @@ impl ErrorSums {
     /// zero before there are enough jitters.
     pub fn image(&self) -> Vec<[f32; 3]> {
         let Some(whole) = self.estimate() else { return vec![[0.0; 3]; self.pixels.len()] };
-        let biases: Vec<f64> =
-            self.pixels.iter().map(|pixel| self.squared_bias(pixel, whole.correlation)).collect();
-        let biases = window_means(&biases, self.width);
         let inflation = inflation(whole.correlation);
+        // Unbiased for independent jitters, so it may be negative.
+        let squared_bias =
+            |pixel| self.bias(pixel).powi(2) - self.variance_of_bias(pixel) * inflation;
+        let biases: Vec<f64> = self.pixels.iter().map(squared_bias).collect();
+        let biases = window_means(&biases, self.width);
         let error = |(pixel, bias): (&Moments, f64)| {
             [0, 1, 2].map(|channel| {
                 (self.variance(pixel, channel) * inflation + bias.max(0.0)).sqrt() as f32
@@ -178,11 +183,12 @@ impl ErrorSums {
         ((square - sum * sum / count) / (count * (count - 1.0))).max(0.0)
     }
 
-    /// Unbiased for independent jitters, so it may be negative.
-    fn squared_bias(&self, pixel: &Moments, correlation: f64) -> f64 {
-        let mean = pixel.bias / self.count();
-        let variance = self.variance_of_mean(pixel.bias, pixel.bias_square);
-        mean * mean - variance * inflation(correlation)
+    fn bias(&self, pixel: &Moments) -> f64 {
+        pixel.bias / self.count()
+    }
+
+    fn variance_of_bias(&self, pixel: &Moments) -> f64 {
+        self.variance_of_mean(pixel.bias, pixel.bias_square)
     }
 
     /// What a squared difference is divided by; the square of a noisy mean is too large by its variance.
@@ -191,16 +197,9 @@ impl ErrorSums {
         (mean * mean - self.variance(pixel, channel)).max(0.0) + floor
     }
 
-    /// The mean squared step is twice the variance, less the correlation. [von Neumann 1941]
-    fn correlation(&self, floor: f64) -> f64 {
-        let (mut steps, mut spread) = (0.0, 0.0);
-        for pixel in &self.pixels {
-            for channel in 0..3 {
-                let scale = self.scale(pixel, channel, floor);
-                steps += f64::from(pixel.steps[channel]) / scale;
-                spread += self.variance(pixel, channel) / scale;
-            }
-        }
+    /// From sums over the picture: the mean squared step is twice the variance, less the correlation.
+    /// [von Neumann 1941]
+    fn correlation(&self, steps: f64, spread: f64) -> f64 {
         let variance = spread * self.count();
         if variance > 0.0 {
             (1.0 - 0.5 * steps / (self.count() - 1.0) / variance).clamp(0.0, 0.9)

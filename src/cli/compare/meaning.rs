@@ -42,7 +42,10 @@ impl Meaning {
         };
         // The scene may say how photons are shot for its own method; others shoot as their names have it.
         let shooting = scene.shooting.filter(|_| scene.method == method);
-        let parameters = Parameters { method, shooting, timeout: None, ..scene.clone() };
+        // Nobody reads an estimated error here, and it would cost the methods unlike amounts of time.
+        let (estimate_error, target_error, timeout) = (false, 0.0, None);
+        let parameters =
+            Parameters { method, shooting, estimate_error, target_error, timeout, ..scene.clone() };
         parameters.validate()?;
         Ok(Meaning::Ours(parameters))
     }

@@ -11,7 +11,7 @@ use super::stage::Stage;
 use super::{scene_files, settings};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
-use crate::cli::{memory, print_result, say, text};
+use crate::cli::{memory, print_result, say, teller, text};
 use anyhow::{anyhow, Context, Result};
 use std::collections::BTreeMap;
 use vpt::method::{Method, Parameters};
@@ -68,12 +68,7 @@ pub fn measure(stage: &Stage, job: &CompareJob) -> Result<(), Failure> {
 fn compete(mut field: Field, interrupt: &Interrupt) -> Result<(), Failure> {
     let job = field.job;
     job.folder.make().map_err(Failure::failed)?;
-    let quiet = job.quiet;
-    let tell = move |line: &str| {
-        if !quiet {
-            say(line);
-        }
-    };
+    let tell = teller(job.quiet);
     announce(&field, tell);
 
     let media = field.ground.scene.lend(job.sensor).map_err(Failure::failed)?;

@@ -3,7 +3,7 @@
 use super::kernels;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
-use crate::cli::say;
+use crate::cli::teller;
 use anyhow::Context;
 use tempfile::TempDir;
 use vpt::host::session::Session;
@@ -21,10 +21,9 @@ impl Stage {
         // No other thread runs yet.
         std::env::set_var(kernels::VARIABLE, kernels.path());
         let session = Session::start(variant, None, verbosity).map_err(Failure::failed)?;
+        let tell = teller(quiet);
         let interrupt = Interrupt::listen(move || {
-            if !quiet {
-                say("stopping after this step, to write the report; Ctrl-C again aborts without one");
-            }
+            tell("stopping after this step, to write the report; Ctrl-C again aborts without one");
         });
         let interrupt = interrupt.context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
         Ok(Stage { session, interrupt, _kernels: kernels })

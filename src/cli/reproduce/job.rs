@@ -143,39 +143,23 @@ fn check_of_one_scene(arguments: &ReproduceArguments) -> Result<(), ReproduceErr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::bench::Bench;
     use crate::cli::failure::Failure;
     use vpt::method::Parameters;
 
-    /// A folder with a file `scene.xml`.
-    struct Bench {
-        folder: tempfile::TempDir,
-    }
-
-    impl Bench {
-        fn new() -> Self {
-            let folder = tempfile::tempdir().unwrap();
-            std::fs::write(folder.path().join("scene.xml"), "<scene version=\"3.0.0\"/>").unwrap();
-            Bench { folder }
+    fn job_of(bench: &Bench, words: &[&str]) -> Result<ReproduceJob, ReproduceError> {
+        let output = bench.path("out");
+        let mut all = words.to_vec();
+        if !words.contains(&"-o") {
+            all.extend(["-o", &output]);
         }
-
-        fn path(&self, name: &str) -> String {
-            self.folder.path().join(name).to_str().unwrap().to_owned()
-        }
-
-        fn job(&self, words: &[&str]) -> Result<ReproduceJob, ReproduceError> {
-            let output = self.path("out");
-            let mut all = words.to_vec();
-            if !words.contains(&"-o") {
-                all.extend(["-o", &output]);
-            }
-            ReproduceJob::new(ReproduceArguments::parse(&all).unwrap())
-        }
+        ReproduceJob::new(ReproduceArguments::parse(&all).unwrap())
     }
 
     #[test]
     fn paper_is_followed_where_the_user_says_nothing() {
         let bench = Bench::new();
-        let job = bench.job(&["kitchen", "--paper"]).unwrap();
+        let job = job_of(&bench, &["kitchen", "--paper"]).unwrap();
         assert_eq!(job.times(PaperScene::Kitchen).method, 36_000.0);
         let pair = |name: &str, value: &str| (name.to_owned(), value.to_owned());
         let size = [pair("resx", "1280"), pair("resy", "720")];
@@ -193,11 +177,12 @@ mod tests {
     fn user_has_the_last_word() {
         let bench = Bench::new();
         let scene = bench.path("scene.xml");
-        let job = bench.job(&["kitchen", "--paper", "--budget", "4m", "--seeds", "1"]).unwrap();
+        let job =
+            job_of(&bench, &["kitchen", "--paper", "--budget", "4m", "--seeds", "1"]).unwrap();
         assert!((job.times(PaperScene::Kitchen).method - 30.0).abs() < 1e-9);
-        let job = bench.job(&["kitchen", "-D", "resx=32"]).unwrap();
+        let job = job_of(&bench, &["kitchen", "-D", "resx=32"]).unwrap();
         assert_eq!(job.defines(PaperScene::Kitchen)[0].1, "32");
-        let job = bench.job(&["kitchen", "--scene", &scene]).unwrap();
+        let job = job_of(&bench, &["kitchen", "--scene", &scene]).unwrap();
         assert_eq!(job.defines(PaperScene::Kitchen), []);
     }
 
@@ -218,7 +203,7 @@ mod tests {
             (&["kitchen", "-o", &scene], &["-o", "no folder"]),
             (&["kitchen", "-o", &below], &["-o", "does not exist", "make it"]),
         ] {
-            let Err(error) = bench.job(words) else { panic!("{words:?} was not refused") };
+            let Err(error) = job_of(&bench, words) else { panic!("{words:?} was not refused") };
             let message = Failure::bad_input(error).message();
             for part in parts {
                 assert!(message.contains(part), "{words:?}: no {part:?} in: {message}");

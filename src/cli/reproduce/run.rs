@@ -7,7 +7,7 @@ use super::{claims, evidence, statement};
 use crate::cli::arguments::ReproduceArguments;
 use crate::cli::compare::{self, Stage};
 use crate::cli::failure::Failure;
-use crate::cli::{print_result, say};
+use crate::cli::{print_result, teller};
 use anyhow::Context;
 use std::fs;
 use std::path::PathBuf;
@@ -15,11 +15,7 @@ use std::path::PathBuf;
 /// Writes all scenes, then renders them one after the other.
 pub fn run(job: &ReproduceJob) -> Result<(), Failure> {
     let quiet = job.arguments.quiet;
-    let tell = move |line: &str| {
-        if !quiet {
-            say(line);
-        }
-    };
+    let tell = teller(quiet);
     let files = prepare(job, tell)?;
     if job.arguments.prepare {
         return files.iter().try_for_each(|file| print_result(&file.display().to_string()));

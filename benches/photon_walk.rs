@@ -17,7 +17,7 @@ fn walks_through_seam(scene: &dyn Scene, walks: u64) -> u64 {
     for batch in 0..walks / lanes as u64 {
         let mut rng = stream(1, Purpose::Photons, 0, batch);
         fill(&mut rng, &mut numbers, EMIT_DIMENSIONS * lanes);
-        let mut photons = scene.emit(lanes, &numbers, LIMITS).expect("emit");
+        let mut photons = scene.emit(lanes, &numbers, LIMITS.into()).expect("emit");
         while photons.lanes() > 0 {
             vertices += photons.lanes() as u64;
             fill(&mut rng, &mut numbers, PHOTON_STEP_DIMENSIONS * photons.lanes());

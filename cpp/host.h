@@ -52,8 +52,12 @@ public:
             out.bounds_min[i] = bounds.min[i];
             out.bounds_max[i] = bounds.max[i];
         }
-        out.emitter_count = (uint32_t) m_scene->emitters().size();
-        out.has_environment = m_scene->environment() != nullptr;
+        out.surfaces = m_tables.surfaces().data();
+        out.surface_count = (uint32_t) m_tables.surfaces().size();
+        out.emitters = m_tables.emitters().data();
+        out.emitter_count = (uint32_t) m_tables.emitters().size();
+        out.sensor_name = m_tables.sensor_name();
+        out.has_aperture = m_sensor->needs_aperture_sample();
         out.warnings = m_warnings.data();
         out.warning_count = (uint32_t) m_warnings.size();
         out.lanes = Jit ? 1u << 16 : 1u << 10;
@@ -212,10 +216,10 @@ private:
     static void c_view_free(void *, void *walk) {
         guarded([&] { delete static_cast<View *>(walk); });
     }
-    static int32_t c_emit(void *c, uint32_t lanes, const float *numbers, const VptLimits *limits, void **walk,
+    static int32_t c_emit(void *c, uint32_t lanes, const float *numbers, const VptRules *rules, void **walk,
                           uint32_t *alive) {
         return guarded([&] {
-            auto *photons = new Photons(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, lanes, numbers, *limits);
+            auto *photons = new Photons(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, lanes, numbers, *rules);
             *walk = photons;
             *alive = photons->lanes();
         });

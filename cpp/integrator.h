@@ -21,6 +21,7 @@ public:
         m_radius_schedule = props.get<std::string_view>("radius_schedule", "matched");
         m_shooting = props.get<std::string_view>("shooting", "");
         m_photon_beams = props.get<std::string_view>("photon_beams", "");
+        m_effects = props.get<std::string_view>("effects", "auto");
         VptParameters defaults = vpt_default_parameters();
         m_parameters = defaults;
         m_parameters.photons = props.get<int64_t>("photons", defaults.photons);
@@ -100,6 +101,7 @@ public:
         parameters.radius_schedule = m_radius_schedule.c_str();
         parameters.shooting = m_shooting.c_str();
         parameters.photon_beams = m_photon_beams.c_str();
+        parameters.effects = m_effects.c_str();
         return parameters;
     }
 
@@ -123,7 +125,7 @@ private:
         film->put_block(block);
     }
 
-    std::string m_method, m_radius_schedule, m_shooting, m_photon_beams;
+    std::string m_method, m_radius_schedule, m_shooting, m_photon_beams, m_effects;
     VptParameters m_parameters;
     bool m_error_image;
 };

@@ -32,8 +32,8 @@ public:
     };
 
     PhotonWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, uint32_t lanes,
-               const float *numbers, const VptLimits &limits)
-        : m_scene(scene), m_tables(tables), m_limits(limits), m_walks(element_count<Float>(lanes)) {
+               const float *numbers, const VptRules &rules)
+        : m_scene(scene), m_tables(tables), m_rules(rules), m_walks(element_count<Float>(lanes)) {
         for (size_t e = 0; e < m_walks.size(); ++e)
             emit(sensor, numbers, lanes, m_walks[e], e);
         drop_finished(lanes);
@@ -81,6 +81,8 @@ private:
         DRJIT_STRUCT(Flight, mei, ray, remaining, flux, density, event, sample, active, collided)
     };
 
+    bool simulates(uint32_t effect) const { return (m_rules.effects & effect) != 0; }
+
     void emit(const Sensor *sensor, const float *numbers, size_t n, Walk &walk, size_t e) const {
         auto number = [&](size_t i) { return read<Float>(numbers + i * n, n, e); };
         Float time = sensor->shutter_open() + number(5) * sensor->shutter_open_time();
@@ -102,13 +104,15 @@ private:
         auto [medium, shines] = m_tables.emitter_medium(emitter, true);
         walk.medium = medium;
         // A flux that is not a number takes its one step, so that the engine sees and counts it.
-        walk.active = shines && !(walk.emitted <= 0.f) && m_limits.max_depth >= 2;
+        walk.active = shines && !(walk.emitted <= 0.f) && m_rules.max_depth >= 2;
     }
 
     void step(Walk &w, const Numbers &u, const VptPhotonVertices &out, Writer<Float> &writer, size_t e) const {
         Vector3f direction = w.ray.d;
         Point3f origin = w.ray.o;
-        UInt32 medium = m_tables.medium_index(w.medium);
+        UInt32 medium(VPT_VACUUM);
+        if (simulates(VPT_EFFECT_MEDIUM_SAMPLING))
+            medium = m_tables.medium_index(w.medium);
         UInt32 index = w.index, depth = w.depth;
 
         SurfaceInteraction3f si = m_scene->ray_intersect(w.ray, w.active);
@@ -123,7 +127,8 @@ private:
         Mask receives = false;
         if (dr::any_or<true>(surface)) {
             bsdf = si.bsdf(w.ray);
-            receives = surface && has_flag(dr::select(surface, bsdf->flags(), 0u), BSDFFlags::Smooth);
+            if (simulates(VPT_EFFECT_SURFACE_GATHERING))
+                receives = surface && has_flag(dr::select(surface, bsdf->flags(), 0u), BSDFFlags::Smooth);
         }
         Point3f position = dr::select(collided, flight.mei.p, si.p);
         UnpolarizedSpectrum flux = w.flux * dr::select(receives, shading_ratio(si), 1.f);
@@ -143,7 +148,11 @@ private:
         writer.put3(out.flux, e, flux);
 
         Mask scattered = false, alive = false;
-        if (dr::any_or<true>(collided))
+        // Where photons scatter once, those alone go on that nothing scatters.
+        bool goes_on = simulates(VPT_EFFECT_MULTIPLE_SCATTERING);
+        if (!goes_on && dr::any_or<true>(surface))
+            surface &= has_flag(dr::select(surface, bsdf->flags(), 0u), BSDFFlags::Null);
+        if (goes_on && dr::any_or<true>(collided))
             scatter_medium(w, flight.mei, u, collided, scattered, alive);
         if (dr::any_or<true>(surface))
             scatter_surface(w, si, bsdf, u, surface, direction, scattered, alive);
@@ -189,18 +198,24 @@ private:
     Flight fly(const Walk &w, const SurfaceInteraction3f &si, const Numbers &u) const {
         Flight f{ dr::zeros<MediumInteraction3f>(dr::width(w.flux)), w.ray, si.t, w.flux, w.density,
                   0u, u.flight, w.active && w.medium != nullptr, false };
+        if (!simulates(VPT_EFFECT_MEDIUM_SAMPLING)) {
+            f.active = false;
+            return f;
+        }
         if (dr::none_or<false>(f.active))
             return f;
         FlightNumbers numbers(u, w);
         MediumPtr medium = w.medium;
         UInt32 channel = w.channel;
+        bool coloured = simulates(VPT_EFFECT_COLOURED_EXTINCTION);
         dr::tie(f) = dr::while_loop(
             dr::make_tuple(f), [](const Flight &f) { return f.active; },
-            [medium, channel, numbers](Flight &f) { collide(f, medium, channel, numbers); }, "Free flight");
+            [medium, channel, coloured, numbers](Flight &f) { collide(f, medium, channel, coloured, numbers); },
+            "Free flight");
         return f;
     }
 
-    static void collide(Flight &f, const MediumPtr &medium, const UInt32 &channel,
+    static void collide(Flight &f, const MediumPtr &medium, const UInt32 &channel, bool coloured,
                         const FlightNumbers &numbers) {
         f.mei = medium->sample_interaction(f.ray, f.sample, channel, f.active);
         Mask inside = f.active && f.mei.is_valid() && f.mei.t < f.remaining;
@@ -209,13 +224,28 @@ private:
         Mask real = inside && numbers.acceptance(f.event) * majorant < sigma_t,
              null = inside && !real;
 
+        if (coloured)
+            weigh_channels(f, medium, channel, inside, real, null, majorant, sigma_t);
+        else // in every channel alike: the flight's density is its probability
+            dr::masked(f.flux, real) *= f.mei.sigma_s * dr::rcp(sigma_t);
+
+        dr::masked(f.ray.o, null) = f.mei.p;
+        dr::masked(f.remaining, null) = f.remaining - f.mei.t;
+        f.event += 1u;
+        f.sample = numbers.distance(f.event);
+        f.collided |= real;
+        f.active = null && f.remaining > 0.f;
+    }
+
+    // [Miller 2019] one walk, three hypothetical heroes.
+    static void weigh_channels(Flight &f, const MediumPtr &medium, const UInt32 &channel, const Mask &inside,
+                               const Mask &real, const Mask &null, const Float &majorant, const Float &sigma_t) {
         auto [crosses, near, far] = medium->intersect_aabb(f.ray);
         Float crossing = dr::maximum(dr::minimum(f.remaining, far) - dr::maximum(near, 0.f), 0.f);
         Float t = dr::select(inside, f.mei.t - f.mei.mint, dr::select(crosses, crossing, 0.f));
         UnpolarizedSpectrum excess = f.mei.combined_extinction - majorant;
         UnpolarizedSpectrum ratio = dr::select(excess == 0.f, 1.f, dr::exp(-t * excess)) ;
 
-        // [Miller 2019] one walk, three hypothetical heroes.
         UnpolarizedSpectrum sigma_n = dr::maximum(f.mei.combined_extinction - f.mei.sigma_t, 0.f);
         UnpolarizedSpectrum by_null = sigma_n * dr::rcp(component(sigma_n, channel));
         UnpolarizedSpectrum value = ratio * dr::select(real, f.mei.sigma_s * dr::rcp(sigma_t), 1.f),
@@ -226,13 +256,6 @@ private:
         Float mean = dr::mean(density);
         dr::masked(f.flux, f.active) = f.flux * value * dr::rcp(mean);
         dr::masked(f.density, f.active) = density * dr::rcp(mean);
-
-        dr::masked(f.ray.o, null) = f.mei.p;
-        dr::masked(f.remaining, null) = f.remaining - f.mei.t;
-        f.event += 1u;
-        f.sample = numbers.distance(f.event);
-        f.collided |= real;
-        f.active = null && f.remaining > 0.f;
     }
 
     // Density of photons is per geometric area, reflection counts the shading normal's cosine.
@@ -266,8 +289,8 @@ private:
         alive |= active && pdf > 0.f;
     }
 
-    static void scatter_surface(Walk &w, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const Numbers &u,
-                                const Mask &active, const Vector3f &direction, Mask &scattered, Mask &alive) {
+    void scatter_surface(Walk &w, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const Numbers &u,
+                         const Mask &active, const Vector3f &direction, Mask &scattered, Mask &alive) const {
         BSDFContext context(TransportMode::Importance);
         auto [bs, value] = bsdf->sample(context, si, u.lobe, u.direction, active);
         UnpolarizedSpectrum weight = unpolarized_spectrum(value);
@@ -286,7 +309,7 @@ private:
         dr::masked(w.ray, active) = next;
         dr::masked(w.flux, active) *= weight;
         Mask transition = active && si.is_medium_transition();
-        if (dr::any_or<true>(transition))
+        if (simulates(VPT_EFFECT_MEDIUM_SAMPLING) && dr::any_or<true>(transition))
             dr::masked(w.medium, transition) = si.target_medium(next.d);
         scattered |= active && !null;
         alive |= active && bs.pdf > 0.f;
@@ -296,9 +319,9 @@ private:
     void finish(Walk &w, const Numbers &u, const Mask &scattered, const Mask &alive) const {
         dr::masked(w.depth, scattered) += 1u;
         Float flux = dr::max(w.flux);
-        w.active = alive && flux > 0.f && w.depth < m_limits.max_depth - 1u;
+        w.active = alive && flux > 0.f && w.depth < m_rules.max_depth - 1u;
         Float q = dr::minimum(flux / w.emitted, .95f);
-        Mask roulette = w.active && w.depth > m_limits.rr_depth;
+        Mask roulette = w.active && w.depth > m_rules.rr_depth;
         w.active &= !roulette || u.roulette < q;
         dr::masked(w.flux, roulette) *= dr::rcp(q);
     }
@@ -328,7 +351,7 @@ private:
 
     const Scene *m_scene;
     const Tables &m_tables;
-    VptLimits m_limits;
+    VptRules m_rules;
     uint32_t m_lanes = 0;
     std::vector<Walk> m_walks;
 };

@@ -59,9 +59,14 @@ public:
         collect_media();
         collect_bsdfs();
         collect_emitters();
+        collect_surfaces();
+        m_sensor_name = keep_name(*sensor);
     }
 
     const std::vector<VptMedium> &media() const { return m_descriptions; }
+    const std::vector<VptSurface> &surfaces() const { return m_surfaces; }
+    const std::vector<VptEmitter> &emitters() const { return m_emitters; }
+    const char *sensor_name() const { return m_sensor_name; }
     const std::vector<std::string> &warnings() const { return m_warnings; }
 
     // Does any medium scatter by a microflake distribution?
@@ -138,9 +143,13 @@ private:
             return;
         m_has_microflakes |= has_flag(medium->phase_function()->get_flags(), PhaseFunctionFlags::Microflake);
         m_media.push_back(medium);
-        m_names.push_back(std::make_unique<std::string>(
-            medium->id().empty() ? std::string(medium->class_name()) : std::string(medium->id())));
-        m_descriptions.push_back(describe(const_cast<Medium *>(medium), *m_names.back()));
+        m_descriptions.push_back(describe(const_cast<Medium *>(medium), keep_name(*medium)));
+    }
+
+    // What the scene calls an object, or else its kind; the text lives as long as the tables.
+    const char *keep_name(const Object &object) {
+        m_names.push_back(std::make_unique<std::string>(object.id().empty() ? object.class_name() : object.id()));
+        return m_names.back()->c_str();
     }
 
     void collect_media() {
@@ -167,16 +176,17 @@ private:
         return jit_registry_id_bound(Scene::Variant, domain) + 1;
     }
 
-    VptMedium describe(Medium *medium, const std::string &name) const {
+    VptMedium describe(Medium *medium, const char *name) const {
         VptMedium out{};
-        out.name = name.c_str();
+        out.name = name;
         const PhaseFunction *phase = medium->phase_function();
         bool directional = has_flag(phase->get_flags(), PhaseFunctionFlags::Microflake);
         out.varying = directional || !medium->is_homogeneous();
         describe_phase(const_cast<PhaseFunction *>(phase), out);
         describe_bounds(medium, out);
         out.grey = is_grey(medium);
-        out.varying_scattering = out.varying || !is_constant(volume(medium, "albedo"));
+        Volume *albedo = volume(medium, "albedo");
+        out.varying_scattering = (out.varying || !is_constant(albedo)) && !is_black(albedo);
         if (!out.varying) {
             MediumInteraction3f mei = somewhere();
             auto sigma_t = medium->get_majorant(mei, true);
@@ -201,6 +211,10 @@ private:
 
     // A value that Mitsuba wraps as a volume, as it does plain numbers and colours.
     static bool is_constant(Volume *volume) { return volume && volume->class_name() == "ConstVolume"; }
+
+    static bool is_black(Volume *volume) {
+        return is_constant(volume) && plain(Mask(dr::all(volume->eval(somewhere(), true) == 0.f)));
+    }
 
     // A volume of one channel is grey, and so is a constant one that looks it. Of other media Mitsuba
     // knows what their author says.
@@ -270,8 +284,42 @@ private:
         }
     }
 
+    // Shapes that carry a material, those inside shape groups too, in an order that the scene decides.
+    void collect_surfaces() {
+        std::vector<const Shape *> shapes;
+        for (auto &shape : m_scene->shapes())
+            shapes.push_back(shape.get());
+        std::vector<Shape *> nested = all_of<Shape>();
+        std::sort(nested.begin(), nested.end(), [](Shape *a, Shape *b) { return a->id() < b->id(); });
+        for (const Shape *shape : nested)
+            if (std::find(shapes.begin(), shapes.end(), shape) == shapes.end())
+                shapes.push_back(shape);
+        for (const Shape *shape : shapes)
+            if (shape->bsdf() && !shape->is_sensor())
+                m_surfaces.push_back({ keep_name(*shape), lobes(shape->bsdf()), number(shape->interior_medium()),
+                                       number(shape->exterior_medium()) });
+    }
+
+    static uint32_t lobes(const BSDF *bsdf) {
+        uint32_t flags = plain(UInt32(bsdf->flags())), out = 0;
+        auto add = [&](BSDFFlags lobe, uint32_t bit) { out |= has_flag(flags, lobe) ? bit : 0u; };
+        add(BSDFFlags::Smooth, VPT_LOBE_SMOOTH);
+        add(BSDFFlags::DeltaReflection, VPT_LOBE_DELTA_REFLECTION);
+        add(BSDFFlags::DeltaTransmission, VPT_LOBE_DELTA_TRANSMISSION);
+        add(BSDFFlags::Null, VPT_LOBE_NULL);
+        return out;
+    }
+
+    // The engine's number of a medium.
+    uint32_t number(const Medium *medium) const {
+        auto found = std::find(m_media.begin(), m_media.end(), medium);
+        return found == m_media.end() ? VPT_VACUUM : (uint32_t) (found - m_media.begin());
+    }
+
     void collect_emitters() {
         for (auto &emitter : m_scene->emitters()) {
+            bool is_environment = emitter->is_environment();
+            m_emitters.push_back({ keep_name(*emitter), emitter->shape() || is_environment, is_environment });
             const Medium *medium = medium_around(emitter.get());
             bool infinite = has_flag(emitter->flags(), EmitterFlags::Infinite);
             bool shines = !(infinite && medium && medium->is_homogeneous());
@@ -365,6 +413,9 @@ private:
     std::vector<const Medium *> m_media;
     std::vector<std::unique_ptr<std::string>> m_names;
     std::vector<VptMedium> m_descriptions;
+    std::vector<VptSurface> m_surfaces;
+    std::vector<VptEmitter> m_emitters;
+    const char *m_sensor_name;
     std::vector<const BSDF *> m_lambertian;
     std::vector<const Medium *> m_emitter_media;
     std::vector<bool> m_emitter_shines;

@@ -20,7 +20,7 @@ public:
     };
 
     ViewWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const VptViewRequest &request)
-        : m_scene(scene), m_tables(tables), m_limits(request.limits), m_lanes(request.lanes),
+        : m_scene(scene), m_tables(tables), m_rules(request.rules), m_lanes(request.lanes),
           m_rays(element_count<Float>(request.lanes)) {
         Writer<Float> out(m_lanes);
         for (size_t e = 0; e < m_rays.size(); ++e)
@@ -86,33 +86,43 @@ private:
         ray.ray = Ray3f(differential);
         ray.medium = sensor->medium();
         ray.depth = dr::zeros<UInt32>(n);
-        ray.active = m_limits.max_depth > 0;
+        ray.active = m_rules.max_depth > 0;
         return unpolarized_spectrum(weight);
     }
 
+    bool simulates(uint32_t effect) const { return (m_rules.effects & effect) != 0; }
+
     void step(Ray &s, const Float &lobe, const Point2f &direction, const VptViewVertices &out,
               Writer<Float> &writer, size_t e) const {
-        Mask first = s.depth == 0u, hides = first && m_limits.hide_emitters != 0;
-        SurfaceInteraction3f si = m_limits.hide_emitters ? intersect(m_scene, s.ray, hides, s.active)
+        Mask first = s.depth == 0u, hides = first && m_rules.hide_emitters != 0;
+        SurfaceInteraction3f si = m_rules.hide_emitters ? intersect(m_scene, s.ray, hides, s.active)
                                                          : m_scene->ray_intersect(s.ray, s.active);
         Mask hit = s.active && si.is_valid();
 
-        EmitterPtr emitter = si.emitter(m_scene, s.active);
-        Mask emits = s.active && emitter != nullptr && !hides;
+        Mask emits = false;
         Spectrum emission = dr::zeros<Spectrum>();
-        if (dr::any_or<true>(emits))
-            dr::masked(emission, emits) = emitter->eval(si, emits);
+        if (simulates(VPT_EFFECT_DIRECT_EMISSION)) {
+            Mask looked_at = simulates(VPT_EFFECT_ENVIRONMENT) ? s.active : hit;
+            EmitterPtr emitter = si.emitter(m_scene, looked_at);
+            emits = looked_at && emitter != nullptr && !hides;
+            if (dr::any_or<true>(emits))
+                dr::masked(emission, emits) = emitter->eval(si, emits);
+        }
 
         Surface surface;
         UnpolarizedSpectrum weight = 0.f;
         Mask scattered = false, continues = false;
-        writer.put(out.medium, e, dr::select(s.active, m_tables.medium_index(s.medium), UInt32(VPT_VACUUM)));
+        UInt32 medium(VPT_VACUUM);
+        if (simulates(VPT_EFFECT_MEDIUM_SAMPLING))
+            medium = dr::select(s.active, m_tables.medium_index(s.medium), medium);
+        writer.put(out.medium, e, medium);
         writer.put3(out.origin, e, s.ray.o);
         writer.put3(out.direction, e, s.ray.d);
         if (dr::any_or<true>(hit)) {
             BSDFPtr bsdf = si.bsdf(s.ray);
             surface = look_at(s, si, bsdf, hit);
-            std::tie(weight, scattered, continues) = follow_delta(s, si, bsdf, surface.lobes, lobe, direction, hit);
+            if (simulates(VPT_EFFECT_SPECULAR_CHAINS))
+                std::tie(weight, scattered, continues) = follow_delta(s, si, bsdf, surface.lobes, lobe, direction, hit);
         }
         s.active = continues;
 
@@ -140,7 +150,9 @@ private:
     Surface look_at(const Ray &s, const SurfaceInteraction3f &si, const BSDFPtr &bsdf, const Mask &hit) const {
         Surface out;
         out.lobes = dr::select(hit, bsdf->flags(), 0u);
-        out.visible_point = hit && has_flag(out.lobes, BSDFFlags::Smooth) && s.depth + 1u < m_limits.max_depth;
+        if (!simulates(VPT_EFFECT_SURFACE_GATHERING))
+            return out;
+        out.visible_point = hit && has_flag(out.lobes, BSDFFlags::Smooth) && s.depth + 1u < m_rules.max_depth;
         out.lambertian = out.visible_point && m_tables.is_lambertian(bsdf, out.visible_point);
         if (dr::any_or<true>(out.lambertian))
             out.reflectance = unpolarized_spectrum(bsdf->eval_diffuse_reflectance(si, out.lambertian)) & out.lambertian;
@@ -163,16 +175,16 @@ private:
         Ray3f next = si.spawn_ray(si.to_world(bs.wo));
         dr::masked(s.ray, active) = next;
         Mask transition = active && si.is_medium_transition();
-        if (dr::any_or<true>(transition))
+        if (simulates(VPT_EFFECT_MEDIUM_SAMPLING) && dr::any_or<true>(transition))
             dr::masked(s.medium, transition) = si.target_medium(next.d);
         dr::masked(s.depth, scattered) += 1u;
-        active &= s.depth < m_limits.max_depth;
+        active &= s.depth < m_rules.max_depth;
         return { weight, scattered, active };
     }
 
     const Scene *m_scene;
     const Tables &m_tables;
-    VptLimits m_limits;
+    VptRules m_rules;
     size_t m_lanes;
     std::vector<Ray> m_rays;
 };

@@ -11,7 +11,7 @@
 typedef struct VptStats VptStats;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 2
+#define VPT_ABI_VERSION 3
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -53,6 +53,30 @@ typedef struct VptStats VptStats;
 
 #define VPT_SHOOTING_METROPOLIS 2
 
+// Bits of `VptSurface::lobes`; see `scene::lobes`.
+#define VPT_LOBE_SMOOTH 1
+
+#define VPT_LOBE_DELTA_REFLECTION 2
+
+#define VPT_LOBE_DELTA_TRANSMISSION 4
+
+#define VPT_LOBE_NULL 8
+
+// Bits of `VptRules::effects`, as far as a renderer can leave out work; see `effect::Effect`.
+#define VPT_EFFECT_SURFACE_GATHERING (1 << 0)
+
+#define VPT_EFFECT_MEDIUM_SAMPLING (1 << 3)
+
+#define VPT_EFFECT_MULTIPLE_SCATTERING (1 << 4)
+
+#define VPT_EFFECT_COLOURED_EXTINCTION (1 << 6)
+
+#define VPT_EFFECT_SPECULAR_CHAINS (1 << 8)
+
+#define VPT_EFFECT_DIRECT_EMISSION (1 << 10)
+
+#define VPT_EFFECT_ENVIRONMENT (1 << 11)
+
 // The integrator's parameters; names and meanings are those of `method::Parameters`.
 typedef struct VptParameters {
   const char *method;
@@ -61,6 +85,8 @@ typedef struct VptParameters {
   const char *shooting;
   // Null or empty for the default.
   const char *photon_beams;
+  // Effects that are forced on, `all` or names with commas between; null or empty for none.
+  const char *effects;
   uint32_t passes;
   int64_t photons;
   // 0 for automatic.
@@ -94,7 +120,7 @@ typedef struct VptMedium {
   float feature_size;
   // Nonzero where the extinction is known to be the same in all channels, everywhere.
   uint32_t grey;
-  // Nonzero where `scattering` must be asked.
+  // Nonzero where `scattering` must be asked; 0 also where nothing scatters, however the extinction varies.
   uint32_t varying_scattering;
   // Constant scattering coefficient per colour channel [1/length]; unused where it varies.
   float sigma_s[3];
@@ -105,6 +131,25 @@ typedef struct VptMedium {
   float bounds_min[3];
   float bounds_max[3];
 } VptMedium;
+
+// One surface of the scene.
+typedef struct VptSurface {
+  const char *name;
+  // Bits `VPT_LOBE_*`.
+  uint32_t lobes;
+  // Indices of the media on its two sides, or `VPT_VACUUM`.
+  uint32_t interior;
+  uint32_t exterior;
+} VptSurface;
+
+// One emitter of the scene.
+typedef struct VptEmitter {
+  const char *name;
+  // Nonzero where a ray can meet it.
+  uint32_t is_visible;
+  // Nonzero for a sky.
+  uint32_t is_environment;
+} VptEmitter;
 
 // Facts about the scene; pointers stay valid until the render ends.
 typedef struct VptDescription {
@@ -117,8 +162,13 @@ typedef struct VptDescription {
   uint32_t media_count;
   float bounds_min[3];
   float bounds_max[3];
+  const struct VptSurface *surfaces;
+  uint32_t surface_count;
+  const struct VptEmitter *emitters;
   uint32_t emitter_count;
-  uint32_t has_environment;
+  const char *sensor_name;
+  // Nonzero where view rays start from an aperture.
+  uint32_t has_aperture;
   const char *const *warnings;
   uint32_t warning_count;
   // Lanes per batch that suit the renderer.
@@ -127,12 +177,14 @@ typedef struct VptDescription {
   uint32_t concurrent;
 } VptDescription;
 
-// Termination rules.
-typedef struct VptLimits {
+// Termination rules, and what is simulated.
+typedef struct VptRules {
   uint32_t max_depth;
   uint32_t rr_depth;
   uint32_t hide_emitters;
-} VptLimits;
+  // Bits `VPT_EFFECT_*`; what is not set may be left out.
+  uint32_t effects;
+} VptRules;
 
 // Where view rays start: `film` holds x's then y's, `numbers` aperture x, aperture y, shutter time and
 // wavelength.
@@ -140,7 +192,7 @@ typedef struct VptViewRequest {
   uint32_t lanes;
   const float *film;
   const float *numbers;
-  struct VptLimits limits;
+  struct VptRules rules;
   // Receives the weight of each ray on the film.
   float *importance;
 } VptViewRequest;
@@ -195,7 +247,7 @@ typedef struct VptHost {
   int32_t (*emit)(void *context,
                   uint32_t lanes,
                   const float *numbers,
-                  const struct VptLimits *limits,
+                  const struct VptRules *rules,
                   void **walk,
                   uint32_t *alive);
   // Writes the indices, within the batch as it was emitted, of the walks that are alive.

@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! scene::Scene              a renderer's scene, asked in batches (host: Mitsuba; analytic: closed forms)
+//! plan                      what of all this the scene calls for
 //! transport::view           ray paths from the eye: view beams, visible points
 //! tree                      kd-trees over both
 //! transport::photons        walks from the lamps, splat and discard
@@ -11,17 +12,19 @@
 //! method                    one loop per method, parameters, statistics
 //! ```
 //!
-//! `report` (errors, curves, plots) stands alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← tree ←
+//! `report` (errors, curves, plots) stands alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← {plan, tree} ←
 //! transport ← film ← method ← host`. Symbols and equations: `docs/EQUATIONS.md`.
 
 pub mod analytic;
 pub mod density;
+pub mod effect;
 pub mod film;
 pub mod host;
 pub mod markov;
 pub mod math;
 pub mod medium;
 pub mod method;
+pub mod plan;
 pub mod report;
 pub mod scene;
 pub mod transport;

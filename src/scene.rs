@@ -17,6 +17,7 @@
 //! - Depth counts scattering events other than null (index-matched) crossings, as Mitsuba's
 //!   `volpath` does: a path with `k` of them is kept while `k < max_depth`.
 
+use crate::effect::{Effect, Effects};
 use crate::math::{Aabb, Rgb};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -85,6 +86,66 @@ pub struct Medium {
     pub bounds: Aabb,
 }
 
+impl Medium {
+    /// Whether it takes anything from the light that crosses it, as far as is known.
+    pub fn attenuates(&self) -> bool {
+        match self.extinction {
+            Extinction::Constant(sigma_t) => sigma_t.max_component() > 0.0,
+            Extinction::Varying { .. } => true,
+        }
+    }
+
+    /// Whether it sends light from one direction into others, as far as is known.
+    pub fn scatters(&self) -> bool {
+        self.attenuates() && self.scattering.is_none_or(|sigma_s| sigma_s.max_component() > 0.0)
+    }
+}
+
+/// Bits of [`SurfaceFacts::lobes`].
+pub mod lobes {
+    /// A lobe that photons can be gathered for.
+    pub const SMOOTH: u32 = 1;
+    pub const DELTA_REFLECTION: u32 = 2;
+    pub const DELTA_TRANSMISSION: u32 = 4;
+    /// An index-matched crossing.
+    pub const NULL: u32 = 8;
+}
+
+/// What is known of a surface in advance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceFacts {
+    pub name: String,
+    /// Bits of [`lobes`].
+    pub lobes: u32,
+    /// Media on its two sides, or [`VACUUM`].
+    pub interior: u32,
+    pub exterior: u32,
+}
+
+impl SurfaceFacts {
+    pub fn has(&self, lobes: u32) -> bool {
+        self.lobes & lobes != 0
+    }
+}
+
+/// What is known of an emitter in advance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EmitterFacts {
+    pub name: String,
+    /// Whether a ray can meet it: it is a surface or a sky.
+    pub is_visible: bool,
+    /// Whether it is a sky.
+    pub is_environment: bool,
+}
+
+/// What is known of the sensor in advance.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SensorFacts {
+    pub name: String,
+    /// Whether its rays start from an aperture.
+    pub has_aperture: bool,
+}
+
 /// Facts about a scene that do not change while it is rendered.
 #[derive(Debug, Clone)]
 pub struct SceneDescription {
@@ -100,11 +161,18 @@ pub struct SceneDescription {
     pub media: Vec<Medium>,
     /// Bounds of everything that a ray can hit.
     pub bounds: Aabb,
-    pub emitter_count: u32,
-    /// Whether a ray that leaves the scene sees light.
-    pub has_environment: bool,
+    pub surfaces: Vec<SurfaceFacts>,
+    pub emitters: Vec<EmitterFacts>,
+    pub sensor: SensorFacts,
     /// Remarks about the scene that its user should read (an emitter in unbounded fog, say).
     pub warnings: Vec<String>,
+}
+
+impl SceneDescription {
+    /// Whether a ray that leaves the scene sees light.
+    pub fn has_environment(&self) -> bool {
+        self.emitters.iter().any(|emitter| emitter.is_environment)
+    }
 }
 
 /// How a host likes its batches.
@@ -177,6 +245,27 @@ fn serialize_max_depth<S: serde::Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     serializer.serialize_i64(if *depth == UNBOUNDED_DEPTH { -1 } else { i64::from(*depth) })
+}
+
+/// How far paths go, and what is simulated along them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PathRules {
+    pub limits: PathLimits,
+    /// What is not in here may be left out: the scene does not call for it.
+    pub effects: Effects,
+}
+
+impl PathRules {
+    pub fn simulates(&self, effect: Effect) -> bool {
+        self.effects.has(effect)
+    }
+}
+
+/// Everything is simulated.
+impl From<PathLimits> for PathRules {
+    fn from(limits: PathLimits) -> Self {
+        PathRules { limits, effects: Effects::ALL }
+    }
 }
 
 /// Three planes of `f32`, one value per lane and component.
@@ -379,7 +468,7 @@ pub struct ViewRayRequest<'a> {
     pub lanes: usize,
     pub film: &'a [f32],
     pub numbers: &'a [f32],
-    pub limits: PathLimits,
+    pub rules: PathRules,
 }
 
 /// View rays in flight, advanced together.
@@ -464,7 +553,7 @@ pub trait Scene: Sync {
         &'a self,
         lanes: usize,
         numbers: &[f32],
-        limits: PathLimits,
+        rules: PathRules,
     ) -> SceneResult<Box<dyn PhotonWalk + 'a>>;
 
     /// Extinction `sigma_t` [1/length] at each point for light travelling along its direction.

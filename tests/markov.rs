@@ -16,9 +16,10 @@ use vpt::analytic::{
     Camera, Contents, Disclosure, Lamp, Material, Projection, Shape, Surface, World, FILM_CHANNELS,
 };
 use vpt::density::radius::Radii;
-use vpt::markov::{ChainCounts, ChainShooter, Mode, Policy};
+use vpt::markov::{ChainCounts, ChainShooter, Mode};
 use vpt::math::Rgb;
 use vpt::method::{self, Method, Outcome, Parameters, Shooting, Silent};
+use vpt::plan::{Plan, Steering, Wishes};
 use vpt::scene::{PathLimits, Scene, VACUUM};
 use vpt::transport::deposits::PixelSums;
 use vpt::transport::gather::{Particles, Target};
@@ -324,16 +325,18 @@ fn states_are_uniform_on_the_visible_part() {
 fn a_state_of(paper: &Paper, seed: u64) -> [f64; 2] {
     let world = paper.world();
     let limits = PathLimits { max_depth: 2, rr_depth: 5, hide_emitters: false };
-    let receivers = Receivers::build(view::trace(&world, limits, seed, 0).unwrap());
+    let steering = Steering::Always;
+    let plan = Plan::new(world.description(), Wishes { steering, ..limits.into() });
+    let receivers = Receivers::build(view::trace(&world, &plan, seed, 0).unwrap());
     let radius = paper.radius() as f32;
     let target = Target {
         scene: &world,
         receivers: &receivers,
         particles: Particles::Points,
         radii: Radii { surface: radius, medium: radius },
-        limits,
+        plan: &plan,
     };
-    let mut shooter = ChainShooter::new(seed, Policy::Metropolis, 8);
+    let mut shooter = ChainShooter::new(seed, 8);
     let mut sums = PixelSums::new(receivers.pixels());
     shooter.shoot(&target, 0, 2000, &mut sums).unwrap();
     let population = shooter.population(Family::Surface).expect("the paper is seen");
@@ -382,5 +385,5 @@ fn nothing_visible_ends_with_a_warning_and_a_black_picture() {
         let warned = outcome.stats.warnings.iter().any(|warning| warning.contains("none of"));
         assert!(warned, "{}: {:?}", method.name(), outcome.stats.warnings);
     }
-    assert!(world.description().emitter_count > 0);
+    assert!(!world.description().emitters.is_empty());
 }

@@ -45,7 +45,7 @@ fn walk(scene: &dyn Scene, batch: u64, mut look: impl FnMut(&PhotonVertices)) {
     let (emission, mut next) = numbers_of(batch);
     let mut vertices =
         PhotonVertices { segments: Some(PhotonSegments::default()), ..PhotonVertices::default() };
-    let mut photons = scene.emit(WALKS, &emission, LIMITS).expect("walks start");
+    let mut photons = scene.emit(WALKS, &emission, LIMITS.into()).expect("walks start");
     while photons.lanes() > 0 {
         photons.step(&next(photons.lanes()), &mut vertices).expect("walks advance");
         look(&vertices);
@@ -210,7 +210,7 @@ fn assert_segments_are_free(scene: &dyn Scene) {
     let mut asked = Vec::new();
     walk(scene, 0, |v| asked.push((v.walk.clone(), v.position.clone(), v.flux.clone())));
     let (emission, mut next) = numbers_of(0);
-    let mut photons = scene.emit(WALKS, &emission, LIMITS).expect("walks start");
+    let mut photons = scene.emit(WALKS, &emission, LIMITS.into()).expect("walks start");
     let mut vertices = PhotonVertices::default();
     for (walk, position, flux) in asked {
         photons.step(&next(photons.lanes()), &mut vertices).expect("walks advance");
@@ -321,7 +321,7 @@ fn transmittances(scene: &dyn Scene, v: &PhotonVertices) -> Vec<(usize, [f64; 3]
 /// Where the walks of a batch end their second segment, which crosses the medium.
 fn second_ends(scene: &dyn Scene, emission: &[f32], numbers: &[Vec<f32>; 2]) -> Vec<(u32, Vec3)> {
     let mut ends = vec![(photon_event::NONE, Vec3::ZERO); WALKS];
-    let mut photons = scene.emit(WALKS, emission, LIMITS).expect("walks start");
+    let mut photons = scene.emit(WALKS, emission, LIMITS.into()).expect("walks start");
     let mut v = PhotonVertices::default();
     for numbers in numbers {
         let numbers: Vec<f32> = numbers
@@ -375,7 +375,7 @@ fn assert_lobes_are_independent(scene: &dyn Scene) {
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for batch in 0..32 * effort() {
         let (emission, mut next) = numbers_of(batch);
-        let mut photons = scene.emit(WALKS, &emission, LIMITS).expect("walks start");
+        let mut photons = scene.emit(WALKS, &emission, LIMITS.into()).expect("walks start");
         let mut v = PhotonVertices::default();
         while photons.lanes() > 0 {
             let lanes = photons.lanes();

@@ -2,7 +2,7 @@ use super::ray::Ray;
 use super::surface::Surface;
 use super::warp;
 use crate::math::Rgb;
-use crate::scene::VACUUM;
+use crate::scene::{EmitterFacts, VACUUM};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -47,6 +47,13 @@ pub(super) struct Emission {
 }
 
 impl Emitter {
+    /// What the engine is told in advance.
+    pub fn facts(&self, index: usize) -> EmitterFacts {
+        let is_environment = matches!(self, Emitter::Lamp(Lamp::Sky { .. }));
+        let is_visible = is_environment || matches!(self, Emitter::Surface(_));
+        EmitterFacts { name: format!("emitter {index}"), is_visible, is_environment }
+    }
+
     /// `position` and `direction` are pairs of uniform numbers.
     pub fn sample(
         &self,

@@ -1,6 +1,6 @@
 use super::shape::Shape;
 use crate::math::Rgb;
-use crate::scene::VACUUM;
+use crate::scene::{lobes, SurfaceFacts, VACUUM};
 
 /// What a surface does to light.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,21 @@ impl Surface {
     /// Puts fogs on the two sides.
     pub fn between(self, front: u32, back: u32) -> Self {
         Surface { front, back, ..self }
+    }
+
+    /// What the engine is told in advance.
+    pub(super) fn facts(&self, index: usize) -> SurfaceFacts {
+        let lobes = match self.material {
+            Material::Null => lobes::NULL,
+            Material::Lambertian { .. } => lobes::SMOOTH,
+            Material::Dielectric { .. } => lobes::DELTA_REFLECTION | lobes::DELTA_TRANSMISSION,
+        };
+        SurfaceFacts {
+            name: format!("surface {index}"),
+            lobes,
+            interior: self.back,
+            exterior: self.front,
+        }
     }
 
     /// The medium into which a ray passes that arrives from the front, or from the back.

@@ -30,9 +30,9 @@ impl<'a> ViewRays<'a> {
             let x = number(request.film, request.lanes, 0, lane);
             let y = number(request.film, request.lanes, 1, lane);
             let ray = world.contents.camera.ray(x, y);
-            (request.limits.max_depth > 0).then_some(ViewRay { ray, depth: 0 })
+            (request.rules.limits.max_depth > 0).then_some(ViewRay { ray, depth: 0 })
         });
-        ViewRays { world, limits: request.limits, rays: rays.collect() }
+        ViewRays { world, limits: request.rules.limits, rays: rays.collect() }
     }
 
     /// Writes the vertex at the end of a segment and returns what goes on from there.

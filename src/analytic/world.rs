@@ -9,9 +9,9 @@ use super::surface::{Material, Surface};
 use super::view_walk::ViewRays;
 use crate::math::{Aabb, Rgb};
 use crate::scene::{
-    Batching, Extinction, FilmSamples, Medium, MediumPoints, PathLimits, Phase, PhasePairs,
-    PhotonWalk, Planes, PointSegments, Scene, SceneDescription, SceneResult, SurfacePairs,
-    ViewRayRequest, ViewWalk, VACUUM,
+    Batching, Extinction, FilmSamples, Medium, MediumPoints, PathRules, Phase, PhasePairs,
+    PhotonWalk, Planes, PointSegments, Scene, SceneDescription, SceneResult, SensorFacts,
+    SurfacePairs, ViewRayRequest, ViewWalk, VACUUM,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -60,7 +60,7 @@ impl World {
         let lit = contents.surfaces.iter().filter(|surface| !surface.emission.is_zero());
         let lamps = contents.lamps.iter().copied().map(Emitter::Lamp);
         let emitters: Vec<_> = lamps.chain(lit.copied().map(Emitter::Surface)).collect();
-        let description = describe(&contents, emitters.len());
+        let description = describe(&contents, &emitters);
         let bounding_sphere = enclose(&contents.surfaces, &description.bounds);
         let points = RwLock::default();
         World { contents, emitters, bounding_sphere, description, points }
@@ -137,7 +137,7 @@ impl World {
     }
 }
 
-fn describe(contents: &Contents, emitters: usize) -> SceneDescription {
+fn describe(contents: &Contents, emitters: &[Emitter]) -> SceneDescription {
     let mut bounds = Aabb::EMPTY;
     for surface in &contents.surfaces {
         let part = surface.shape.bounds();
@@ -154,8 +154,9 @@ fn describe(contents: &Contents, emitters: usize) -> SceneDescription {
         film_width: film_size[0],
         media: media.map(|(index, fog)| disclose(index, fog, contents.disclosure)).collect(),
         bounds,
-        emitter_count: emitters as u32,
-        has_environment: contents.lamps.iter().any(|lamp| matches!(lamp, Lamp::Sky { .. })),
+        surfaces: contents.surfaces.iter().enumerate().map(|(i, s)| s.facts(i)).collect(),
+        emitters: emitters.iter().enumerate().map(|(i, e)| e.facts(i)).collect(),
+        sensor: SensorFacts { name: "camera".to_owned(), has_aperture: false },
         warnings: Vec::new(),
     }
 }
@@ -217,9 +218,9 @@ impl Scene for World {
         &'a self,
         lanes: usize,
         numbers: &[f32],
-        limits: PathLimits,
+        rules: PathRules,
     ) -> SceneResult<Box<dyn PhotonWalk + 'a>> {
-        Ok(Box::new(Photons::emit(self, lanes, numbers, limits)))
+        Ok(Box::new(Photons::emit(self, lanes, numbers, rules.limits)))
     }
 
     fn extinction(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {

@@ -17,6 +17,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Render(RenderArguments),
+    Inspect(InspectArguments),
     Compare(CompareArguments),
     Reproduce(ReproduceArguments),
     PluginDir(PluginDirArguments),
@@ -57,6 +58,10 @@ pub struct RenderArguments {
     /// before
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub target_error: Option<f64>,
+    /// What to simulate: auto (what the scene calls for), all, or effects to add to what it calls for, with commas
+    /// between; `vpt inspect` lists them
+    #[arg(long, value_name = "LIST")]
+    pub effects: Option<String>,
     /// Seed of the random numbers
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0)]
     pub seed: u32,
@@ -79,6 +84,40 @@ pub struct RenderArguments {
     /// Print warnings and errors alone
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// Say what a scene calls for, what will be simulated, why, and what it costs.
+///
+/// Traces the view rays once and shoots a share of one pass, as the scene calls for it and with every effect forced
+/// on. The work is counted per jitter of the view rays or per pass.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// Mitsuba scene (XML)
+    pub scene: PathBuf,
+    /// Print everything as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Value of the scene's parameter $NAME; may be given more than once
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub defines: Vec<(String, String)>,
+    /// Value of a parameter of the integrator, instead of the scene's; may be given more than once
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_pair)]
+    pub settings: Vec<(String, String)>,
+    /// Method, instead of the scene's
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+    /// Effects to force on; see `vpt render --help`
+    #[arg(long, value_name = "LIST")]
+    pub effects: Option<String>,
+    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    #[arg(long, value_name = "V")]
+    pub variant: Option<String>,
+    /// Index of the scene's sensor, from 0
+    #[arg(long, value_name = "I", allow_negative_numbers = true, default_value_t = 0)]
+    pub sensor: usize,
+    /// Print Mitsuba's log too; twice for more of it
+    #[arg(short, long, action = ArgAction::Count)]
+    pub verbose: u8,
 }
 
 /// Measure what accuracy costs in time: methods and integrators side by side, and a report.

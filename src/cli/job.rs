@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use vpt::effect::{Effects, UnknownEffect};
 use vpt::host::session::{SceneFile, VARIANTS};
 use vpt::method::{Method, ParameterError};
 
@@ -14,8 +15,9 @@ use vpt::method::{Method, ParameterError};
 const EXTENSIONS: [&str; 8] = ["exr", "png", "jpg", "jpeg", "hdr", "rgbe", "pfm", "ppm"];
 
 /// Parameters that have an option of their own: with `--set` they would be said twice.
-const OPTIONS_OF_PARAMETERS: [(&str, &str); 6] = [
+const OPTIONS_OF_PARAMETERS: [(&str, &str); 7] = [
     ("method", "--method"),
+    ("effects", "--effects"),
     ("passes", "--passes"),
     ("spp", "--passes"),
     ("timeout", "--timeout"),
@@ -60,6 +62,8 @@ pub enum JobError {
     OwnOption { name: &'static str, option: &'static str },
     #[error(transparent)]
     Method(ParameterError),
+    #[error(transparent)]
+    Effects(UnknownEffect),
     #[error("--timeout is {0}, but must be a number of seconds above 0")]
     Timeout(f64),
     #[error("--target-error is {0}, but must be a number above 0 and below 1 (0.01 is 1 %)")]
@@ -85,9 +89,8 @@ impl RenderJob {
         check_pairs("-D", &arguments.defines)?;
         check_pairs("--set", &arguments.settings)?;
         check_settings(&arguments.settings)?;
-        if let Some(method) = &arguments.method {
-            method.parse::<Method>().map_err(JobError::Method)?;
-        }
+        check_method(arguments.method.as_deref())?;
+        let effects = checked_effects(arguments.effects)?;
         if let Some(seconds) = arguments.timeout {
             check_timeout(seconds)?;
         }
@@ -99,6 +102,7 @@ impl RenderJob {
         }
         let goal = Goal { timeout: arguments.timeout, target_error: arguments.target_error };
         let mut settings = arguments.settings;
+        settings.extend(effects);
         settings.extend(goal.target_error.map(|e| ("target_error".to_owned(), e.to_string())));
         let picture = check_picture(arguments.output, &arguments.scene)?;
         let stats = arguments
@@ -169,6 +173,19 @@ pub(super) fn check_settings(settings: &[(String, String)]) -> Result<(), JobErr
         }
     }
     Ok(())
+}
+
+pub(super) fn check_method(method: Option<&str>) -> Result<(), JobError> {
+    method.map_or(Ok(()), |name| name.parse::<Method>().map(drop).map_err(JobError::Method))
+}
+
+/// The parameter that an option gives.
+pub(super) fn checked_effects(
+    effects: Option<String>,
+) -> Result<Option<(String, String)>, JobError> {
+    let Some(list) = effects else { return Ok(None) };
+    list.parse::<Effects>().map_err(JobError::Effects)?;
+    Ok(Some(("effects".to_owned(), list)))
 }
 
 fn check_timeout(seconds: f64) -> Result<(), JobError> {
@@ -280,6 +297,8 @@ mod tests {
         let (folder, picture) = (bench.path(""), bench.path("out.exr"));
         for (words, parts) in [
             (&["--method", "mlt"][..], &["\"mlt\"", "ppt"][..]),
+            (&["--effects", "fog"], &["\"fog\"", "auto", "view_beams"]),
+            (&["--set", "effects=all"], &["--set effects", "--effects"]),
             (&["--timeout", "0"], &["--timeout is 0", "above 0"]),
             (&["--timeout", "-5"], &["--timeout is -5", "above 0"]),
             (&["--timeout", "nan"], &["--timeout is NaN", "above 0"]),

@@ -8,7 +8,7 @@
 //! | 130 | aborted by Ctrl-C: a second one, or one before the first pass was done |
 //!
 //! Everything that the program has to say goes to stderr, except for results: the line that sums a
-//! render up, the table of a comparison, what it says of the paper's claims, and the folder of `plugin-dir`.
+//! render up, what a scene calls for, the table of a comparison, what it says of the paper's claims, and the folder of `plugin-dir`.
 
 mod arguments;
 #[cfg(test)]
@@ -17,6 +17,7 @@ mod cache;
 mod compare;
 mod failure;
 mod goal;
+mod inspect;
 mod interrupt;
 mod job;
 mod memory;
@@ -32,6 +33,7 @@ use arguments::{Arguments, Command};
 use clap::Parser;
 use compare::CompareJob;
 use failure::Failure;
+use inspect::InspectJob;
 use job::RenderJob;
 use reproduce::ReproduceJob;
 use std::ffi::OsString;
@@ -58,6 +60,10 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Render(arguments) => {
             let job = RenderJob::new(arguments).map_err(Failure::bad_input)?;
             run::render(&job)
+        }
+        Command::Inspect(arguments) => {
+            let job = InspectJob::new(arguments).map_err(Failure::bad_input)?;
+            inspect::run(&job)
         }
         Command::Compare(arguments) => {
             let job = CompareJob::new(arguments).map_err(Failure::bad_input)?;

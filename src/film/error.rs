@@ -257,6 +257,7 @@ mod tests {
     use super::*;
     use crate::analytic::FILM_CHANNELS;
     use crate::math::Aabb;
+    use crate::scene::SensorFacts;
     use rand::{Rng, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -273,8 +274,9 @@ mod tests {
             film_width: WIDTH as u32,
             media: vec![],
             bounds: Aabb::EMPTY,
-            emitter_count: 1,
-            has_environment: false,
+            surfaces: Vec::new(),
+            emitters: Vec::new(),
+            sensor: SensorFacts::default(),
             warnings: vec![],
         };
         ErrorSums::new(&description, 0.7)

@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 2;
+pub const VPT_ABI_VERSION: u32 = 3;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -38,6 +38,21 @@ pub const VPT_SHOOTING_OFF: u32 = 0;
 pub const VPT_SHOOTING_UNIFORM: u32 = 1;
 pub const VPT_SHOOTING_METROPOLIS: u32 = 2;
 
+/// Bits of `VptSurface::lobes`; see `scene::lobes`.
+pub const VPT_LOBE_SMOOTH: u32 = 1;
+pub const VPT_LOBE_DELTA_REFLECTION: u32 = 2;
+pub const VPT_LOBE_DELTA_TRANSMISSION: u32 = 4;
+pub const VPT_LOBE_NULL: u32 = 8;
+
+/// Bits of `VptRules::effects`, as far as a renderer can leave out work; see `effect::Effect`.
+pub const VPT_EFFECT_SURFACE_GATHERING: u32 = 1 << 0;
+pub const VPT_EFFECT_MEDIUM_SAMPLING: u32 = 1 << 3;
+pub const VPT_EFFECT_MULTIPLE_SCATTERING: u32 = 1 << 4;
+pub const VPT_EFFECT_COLOURED_EXTINCTION: u32 = 1 << 6;
+pub const VPT_EFFECT_SPECULAR_CHAINS: u32 = 1 << 8;
+pub const VPT_EFFECT_DIRECT_EMISSION: u32 = 1 << 10;
+pub const VPT_EFFECT_ENVIRONMENT: u32 = 1 << 11;
+
 /// One medium of the scene.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -51,7 +66,7 @@ pub struct VptMedium {
     pub feature_size: f32,
     /// Nonzero where the extinction is known to be the same in all channels, everywhere.
     pub grey: u32,
-    /// Nonzero where `scattering` must be asked.
+    /// Nonzero where `scattering` must be asked; 0 also where nothing scatters, however the extinction varies.
     pub varying_scattering: u32,
     /// Constant scattering coefficient per colour channel [1/length]; unused where it varies.
     pub sigma_s: [f32; 3],
@@ -61,6 +76,29 @@ pub struct VptMedium {
     pub g: f32,
     pub bounds_min: [f32; 3],
     pub bounds_max: [f32; 3],
+}
+
+/// One surface of the scene.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptSurface {
+    pub name: *const c_char,
+    /// Bits `VPT_LOBE_*`.
+    pub lobes: u32,
+    /// Indices of the media on its two sides, or `VPT_VACUUM`.
+    pub interior: u32,
+    pub exterior: u32,
+}
+
+/// One emitter of the scene.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct VptEmitter {
+    pub name: *const c_char,
+    /// Nonzero where a ray can meet it.
+    pub is_visible: u32,
+    /// Nonzero for a sky.
+    pub is_environment: u32,
 }
 
 /// Facts about the scene; pointers stay valid until the render ends.
@@ -76,8 +114,13 @@ pub struct VptDescription {
     pub media_count: u32,
     pub bounds_min: [f32; 3],
     pub bounds_max: [f32; 3],
+    pub surfaces: *const VptSurface,
+    pub surface_count: u32,
+    pub emitters: *const VptEmitter,
     pub emitter_count: u32,
-    pub has_environment: u32,
+    pub sensor_name: *const c_char,
+    /// Nonzero where view rays start from an aperture.
+    pub has_aperture: u32,
     pub warnings: *const *const c_char,
     pub warning_count: u32,
     /// Lanes per batch that suit the renderer.
@@ -86,13 +129,15 @@ pub struct VptDescription {
     pub concurrent: u32,
 }
 
-/// Termination rules.
+/// Termination rules, and what is simulated.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub struct VptLimits {
+pub struct VptRules {
     pub max_depth: u32,
     pub rr_depth: u32,
     pub hide_emitters: u32,
+    /// Bits `VPT_EFFECT_*`; what is not set may be left out.
+    pub effects: u32,
 }
 
 /// Where view rays start: `film` holds x's then y's, `numbers` aperture x, aperture y, shutter time and
@@ -103,7 +148,7 @@ pub struct VptViewRequest {
     pub lanes: u32,
     pub film: *const f32,
     pub numbers: *const f32,
-    pub limits: VptLimits,
+    pub rules: VptRules,
     /// Receives the weight of each ray on the film.
     pub importance: *mut f32,
 }
@@ -171,7 +216,7 @@ pub struct VptHost {
         context: *mut c_void,
         lanes: u32,
         numbers: *const f32,
-        limits: *const VptLimits,
+        rules: *const VptRules,
         walk: *mut *mut c_void,
         alive: *mut u32,
     ) -> i32,
@@ -250,6 +295,8 @@ pub struct VptParameters {
     pub shooting: *const c_char,
     /// Null or empty for the default.
     pub photon_beams: *const c_char,
+    /// Effects that are forced on, `all` or names with commas between; null or empty for none.
+    pub effects: *const c_char,
     pub passes: u32,
     pub photons: i64,
     /// 0 for automatic.

@@ -21,6 +21,7 @@ pub extern "C" fn vpt_default_parameters() -> VptParameters {
         radius_schedule: std::ptr::null(),
         shooting: std::ptr::null(),
         photon_beams: std::ptr::null(),
+        effects: std::ptr::null(),
         passes: p.passes,
         photons: p.photons as i64,
         chains: p.chains as i64,
@@ -182,8 +183,9 @@ fn write_sentence(out: *mut c_char, size: usize, sentence: &str) {
 /// The strings must be null or null-terminated.
 pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, ParameterError> {
     // SAFETY: the caller's promise.
-    let [method, schedule, shooting, photon_beams] = unsafe {
-        [p.method, p.radius_schedule, p.shooting, p.photon_beams].map(|name| read_string(name))
+    let [method, schedule, shooting, photon_beams, effects] = unsafe {
+        [p.method, p.radius_schedule, p.shooting, p.photon_beams, p.effects]
+            .map(|name| read_string(name))
     };
     let at_least_one = |name, value: i64| {
         if value < 1 {
@@ -197,6 +199,7 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         method: method.as_deref().map_or(Ok(defaults.method), str::parse)?,
         shooting: shooting.as_deref().map(str::parse).transpose()?,
         photon_beams: photon_beams.as_deref().map_or(Ok(defaults.photon_beams), str::parse)?,
+        effects: effects.as_deref().map_or(Ok(defaults.effects), str::parse)?,
         chains: match p.chains {
             chains if chains >= 0 => chains as u64,
             chains => return Err(ParameterError::BadChains(chains)),

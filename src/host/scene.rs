@@ -105,6 +105,14 @@ unsafe fn read_description(d: &VptDescription) -> SceneDescription {
             read_array(d.warnings, d.warning_count).iter().map(|&w| read_text(w)).collect(),
         )
     };
+    // SAFETY: the caller's promise; empty arrays may be null.
+    let (surfaces, emitters, sensor) = unsafe {
+        (
+            read_array(d.surfaces, d.surface_count).iter().map(|s| read_surface(s)).collect(),
+            read_array(d.emitters, d.emitter_count).iter().map(|e| read_emitter(e)).collect(),
+            SensorFacts { name: read_text(d.sensor_name), has_aperture: d.has_aperture != 0 },
+        )
+    };
     SceneDescription {
         film_size: d.film_size,
         film_offset: d.film_offset,
@@ -113,8 +121,9 @@ unsafe fn read_description(d: &VptDescription) -> SceneDescription {
         film_width: d.film_width,
         media,
         bounds: Aabb { min: Vec3::from(d.bounds_min), max: Vec3::from(d.bounds_max) },
-        emitter_count: d.emitter_count,
-        has_environment: d.has_environment != 0,
+        surfaces,
+        emitters,
+        sensor,
         warnings,
     }
 }
@@ -150,11 +159,35 @@ unsafe fn read_medium(m: &VptMedium) -> Medium {
     }
 }
 
-fn raw_limits(limits: PathLimits) -> VptLimits {
-    VptLimits {
-        max_depth: limits.max_depth,
-        rr_depth: limits.rr_depth,
-        hide_emitters: limits.hide_emitters.into(),
+/// # Safety
+/// `name` must be null-terminated.
+unsafe fn read_surface(s: &VptSurface) -> SurfaceFacts {
+    SurfaceFacts {
+        // SAFETY: the caller's promise.
+        name: unsafe { read_text(s.name) },
+        lobes: s.lobes,
+        interior: s.interior,
+        exterior: s.exterior,
+    }
+}
+
+/// # Safety
+/// `name` must be null-terminated.
+unsafe fn read_emitter(e: &VptEmitter) -> EmitterFacts {
+    EmitterFacts {
+        // SAFETY: the caller's promise.
+        name: unsafe { read_text(e.name) },
+        is_visible: e.is_visible != 0,
+        is_environment: e.is_environment != 0,
+    }
+}
+
+fn raw_rules(rules: PathRules) -> VptRules {
+    VptRules {
+        max_depth: rules.limits.max_depth,
+        rr_depth: rules.limits.rr_depth,
+        hide_emitters: rules.limits.hide_emitters.into(),
+        effects: rules.effects.bits(),
     }
 }
 
@@ -290,7 +323,7 @@ impl Scene for HostScene {
             lanes: lane_count(request.lanes),
             film: request.film.as_ptr(),
             numbers: request.numbers.as_ptr(),
-            limits: raw_limits(request.limits),
+            rules: raw_rules(request.rules),
             importance: importance.as_mut_slice().as_mut_ptr(),
         };
         let mut walk = std::ptr::null_mut();
@@ -303,10 +336,10 @@ impl Scene for HostScene {
         &'a self,
         lanes: usize,
         numbers: &[f32],
-        limits: PathLimits,
+        rules: PathRules,
     ) -> SceneResult<Box<dyn PhotonWalk + 'a>> {
         assert_eq!(numbers.len(), EMIT_DIMENSIONS * lanes);
-        let limits = raw_limits(limits);
+        let rules = raw_rules(rules);
         let (mut walk, mut alive) = (std::ptr::null_mut(), 0);
         // SAFETY: `numbers` has the size just asserted.
         self.check(unsafe {
@@ -314,7 +347,7 @@ impl Scene for HostScene {
                 self.host.context,
                 lane_count(lanes),
                 numbers.as_ptr(),
-                &limits,
+                &rules,
                 &mut walk,
                 &mut alive,
             )
@@ -401,5 +434,37 @@ impl Scene for HostScene {
                 storage.as_mut_ptr(),
             )
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::{Effect, Effects};
+
+    /// Both sides of the ABI count the same bits.
+    #[test]
+    fn bits_of_the_abi_are_those_of_the_engine() {
+        let bit = |effect| Effects::NONE.with(effect).bits();
+        for (raw, effect) in [
+            (VPT_EFFECT_SURFACE_GATHERING, Effect::SurfaceGathering),
+            (VPT_EFFECT_MEDIUM_SAMPLING, Effect::MediumSampling),
+            (VPT_EFFECT_MULTIPLE_SCATTERING, Effect::MultipleScattering),
+            (VPT_EFFECT_COLOURED_EXTINCTION, Effect::ColouredExtinction),
+            (VPT_EFFECT_SPECULAR_CHAINS, Effect::SpecularChains),
+            (VPT_EFFECT_DIRECT_EMISSION, Effect::DirectEmission),
+            (VPT_EFFECT_ENVIRONMENT, Effect::Environment),
+        ] {
+            assert_eq!(raw, bit(effect), "{}", effect.name());
+        }
+        assert_eq!(
+            [
+                VPT_LOBE_SMOOTH,
+                VPT_LOBE_DELTA_REFLECTION,
+                VPT_LOBE_DELTA_TRANSMISSION,
+                VPT_LOBE_NULL
+            ],
+            [lobes::SMOOTH, lobes::DELTA_REFLECTION, lobes::DELTA_TRANSMISSION, lobes::NULL],
+        );
     }
 }

@@ -34,4 +34,4 @@ mod trails;
 
 pub use chains::{ChainCounts, Population};
 pub use mutation::{mutate, MutationSize};
-pub use shooter::{ChainShooter, FamilyReport, Mode, Policy};
+pub use shooter::{ChainShooter, FamilyReport, Mode};

@@ -5,6 +5,7 @@ use super::chains::{ChainCounts, Clock, Population, State};
 use super::recorded::Recorded;
 use super::trails::Trails;
 use crate::math::uniform::{self, Purpose};
+use crate::plan::Steering;
 use crate::scene::{Batch, SceneResult};
 use crate::transport::counters::Counters;
 use crate::transport::deposits::{Deposits, PixelSums};
@@ -34,15 +35,6 @@ const ROUNDS: u64 = 8;
 const FEWEST_CHAINS: u64 = 64;
 const MOST_CHAINS_ALONE: u64 = 1 << 10;
 const MOST_CHAINS_BY_KERNEL: u64 = 1 << 16;
-
-/// Which families get chains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Policy {
-    /// Both.
-    Metropolis,
-    /// Those of which little is visible, as the pass before has measured, or a probe before the first.
-    Auto,
-}
 
 /// How one family is shot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -75,7 +67,6 @@ pub struct FamilyReport {
 #[derive(Debug)]
 pub struct ChainShooter {
     seed: u64,
-    policy: Policy,
     /// Chains per family; 0 = from the photons per pass.
     chains: u64,
     uniform: UniformShooter,
@@ -105,10 +96,9 @@ struct Offer {
 }
 
 impl ChainShooter {
-    pub fn new(seed: u64, policy: Policy, chains: u64) -> Self {
+    pub fn new(seed: u64, chains: u64) -> Self {
         ChainShooter {
             seed,
-            policy,
             chains,
             uniform: UniformShooter::new(seed),
             populations: PerFamily::default(),
@@ -155,9 +145,8 @@ impl ChainShooter {
         sums: &mut PixelSums,
     ) -> SceneResult<Counters> {
         let mut probe = Counters::default();
-        if self.policy == Policy::Auto && self.last_share.is_none() {
+        if target.plan.steering == Steering::Measured && self.last_share.is_none() {
             probe = self.probe(target, walks)?;
-            self.last_share = Some(visible_share(&probe));
         }
         self.modes = self.choose_modes(target);
         let with_chains = Family::ALL.iter().any(|&f| self.modes[f] == Mode::Metropolis);
@@ -175,30 +164,25 @@ impl ChainShooter {
 
     /// Measures the visible shares with a few uniform walks and discards what they add: kept, the picture of
     /// a first pass without chains would be as noisy as all later ones are not.
-    fn probe(&self, target: &Target, walks: u64) -> SceneResult<Counters> {
+    fn probe(&mut self, target: &Target, walks: u64) -> SceneResult<Counters> {
         let mut clock = Clock { seed: self.seed, pass: u64::MAX, batch: 0 };
         let mut counters = Counters::default();
         for offer in self.shoot_uniform(target, (walks / PROBE_SHARE).max(1), &mut clock)? {
             counters.add(&offer.counters);
         }
+        self.last_share = Some(visible_share(&counters));
         Ok(counters)
     }
 
     fn choose_modes(&self, target: &Target) -> PerFamily<Mode> {
-        let paths = &target.receivers.paths;
-        PerFamily::from_fn(|family| {
-            let has_receivers = match family {
-                Family::Surface => !paths.points.is_empty(),
-                Family::Medium => !paths.beams.is_empty(),
-            };
-            match (has_receivers, self.policy, self.last_share) {
-                (false, ..) => Mode::Off,
-                (true, Policy::Metropolis, _) => Mode::Metropolis,
-                (true, Policy::Auto, Some(share)) if share[family] < UNIFORM_ABOVE => {
-                    Mode::Metropolis
-                }
-                (true, Policy::Auto, _) => Mode::Uniform,
-            }
+        let wanted = target.wanted();
+        let rarely_seen =
+            |family| self.last_share.is_some_and(|share| share[family] < UNIFORM_ABOVE);
+        PerFamily::from_fn(|family| match (wanted[family], target.plan.steering) {
+            (false, _) => Mode::Off,
+            (true, Steering::Always) => Mode::Metropolis,
+            (true, Steering::Measured) if rarely_seen(family) => Mode::Metropolis,
+            (true, Steering::Measured | Steering::Never) => Mode::Uniform,
         })
     }
 
@@ -350,9 +334,7 @@ impl ChainShooter {
         let mut numbers = Recorded::new(Uniform(stream(Purpose::Photons)));
         let mut tables = stream(Purpose::PhotonTables);
         let has_chains = PerFamily::from_fn(|family| self.modes[family] == Mode::Metropolis);
-        let paths = &target.receivers.paths;
-        let wanted =
-            PerFamily { surface: !paths.points.is_empty(), medium: !paths.beams.is_empty() };
+        let wanted = target.wanted();
         let pixels = target.receivers.pixels();
         let sink = || Trails::new(has_chains, pixels);
         let (mut trails, mut counters) =

@@ -14,6 +14,8 @@ pub enum Purpose {
     MediumMutations = 5,
     SurfaceExchange = 6,
     MediumExchange = 7,
+    ViewTables = 8,
+    Aperture = 9,
 }
 
 /// The stream that belongs to one batch of one pass.

@@ -62,6 +62,27 @@ impl TransmittanceTables {
         start + steps as f32 * spacing
     }
 
+    /// Distance along the beam behind which every channel that is attenuated at all is behind this optical
+    /// depth, or at which the table ends.
+    pub fn visible_end(&self, table: u32, opaque_depth: f32) -> f32 {
+        let Table { first, steps, start, spacing } = self.tables[table as usize];
+        let knots = &self.depths[first as usize..=(first + steps) as usize];
+        let Rgb { r, g, b } = knots[steps as usize];
+        let attenuates = [r > 0.0, g > 0.0, b > 0.0];
+        let least = |depth: &Rgb| {
+            let channels = [depth.r, depth.g, depth.b].into_iter().zip(attenuates);
+            channels.filter(|(_, counts)| *counts).map(|(d, _)| d).fold(f32::INFINITY, f32::min)
+        };
+        match knots.iter().position(|depth| least(depth) >= opaque_depth) {
+            Some(knot) if knot > 0 => {
+                let (before, behind) = (least(&knots[knot - 1]), least(&knots[knot]));
+                let share = ((opaque_depth - before) / (behind - before)).clamp(0.0, 1.0);
+                start + ((knot - 1) as f32 + share) * spacing
+            }
+            Some(_) | None => self.end(table),
+        }
+    }
+
     /// Takes over another set; returns what must be added to its table indices.
     pub fn append(&mut self, other: TransmittanceTables) -> u32 {
         let (offset, depth_offset) = (self.tables.len() as u32, self.depths.len() as u32);
@@ -69,5 +90,23 @@ impl TransmittanceTables {
             .extend(other.tables.iter().map(|t| Table { first: t.first + depth_offset, ..*t }));
         self.depths.extend(other.depths);
         offset
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two steps of length 2 from distance 1 on: red reaches depth 3 at the middle of the second, green is
+    /// never attenuated, blue never reaches it.
+    #[test]
+    fn what_is_visible_ends_with_the_last_channel_that_is_attenuated() {
+        let mut tables = TransmittanceTables::default();
+        let red = tables.push(1.0, 2.0, &[Rgb::new(2.0, 0.0, 0.0), Rgb::new(2.0, 0.0, 0.0)]);
+        let blue = tables.push(1.0, 2.0, &[Rgb::new(9.0, 0.0, 1.0), Rgb::new(9.0, 0.0, 1.0)]);
+        let clear = tables.push(1.0, 2.0, &[Rgb::ZERO, Rgb::ZERO]);
+        assert_eq!(tables.visible_end(red, 3.0), 4.0);
+        assert_eq!(tables.visible_end(blue, 3.0), 5.0);
+        assert_eq!(tables.visible_end(clear, 3.0), 5.0);
     }
 }

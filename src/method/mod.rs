@@ -1,6 +1,8 @@
 //! The methods, each one readable pass, and what they share: parameters, progress, statistics.
 
 mod apa;
+mod effects;
+mod inspect;
 mod observer;
 mod parameters;
 mod ppb;
@@ -13,6 +15,8 @@ mod stats;
 
 pub use crate::film::error::ErrorEstimate;
 pub use crate::transport::counters::Counters;
+pub use effects::{EffectReport, Work};
+pub use inspect::{inspect, Inspection};
 pub use observer::{Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters, Shooting};
 pub use run::Progressive;
@@ -62,7 +66,7 @@ pub fn begin<'a>(
     parameters: &'a Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     parameters.validate()?;
-    if scene.description().emitter_count == 0 {
+    if scene.description().emitters.is_empty() {
         return Err(RenderError::NoEmitter);
     }
     let begin = match (parameters.method, parameters.shooting()) {

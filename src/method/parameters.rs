@@ -1,6 +1,7 @@
 use crate::density::radius::{Schedule, UnknownSchedule};
-use crate::markov::Policy;
-use crate::scene::{PathLimits, UNBOUNDED_DEPTH};
+use crate::effect::{Effects, UnknownEffect};
+use crate::plan::{Plan, Steering, Wishes};
+use crate::scene::{PathLimits, SceneDescription, UNBOUNDED_DEPTH};
 use crate::transport::photon_beam::{BeamKind, UnknownBeamKind};
 use serde::Serialize;
 use std::time::Duration;
@@ -77,6 +78,8 @@ pub struct Parameters {
     pub chains: u64,
     /// How far photon beams reach.
     pub photon_beams: BeamKind,
+    /// Effects that are simulated though the scene does not call for them.
+    pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).
     pub passes: u32,
     /// Walks emitted per pass (`photons`).
@@ -117,6 +120,7 @@ impl Default for Parameters {
             shooting: None,
             chains: 0,
             photon_beams: BeamKind::Short,
+            effects: Effects::NONE,
             passes: 16,
             photons: 100_000,
             jitter_every: 4,
@@ -148,6 +152,8 @@ pub enum ParameterError {
     ShootingAgainstMethod { shooting: Shooting, method: Method, other: Method },
     #[error(transparent)]
     UnknownBeamKind(#[from] UnknownBeamKind),
+    #[error(transparent)]
+    UnknownEffect(#[from] UnknownEffect),
     #[error(transparent)]
     UnknownSchedule(#[from] UnknownSchedule),
     #[error("{name} is {value}, but must be a finite number >= 0 (0 = from the pixel footprint)")]
@@ -200,12 +206,14 @@ impl Parameters {
         })
     }
 
-    /// Which families get chains, for the methods that have any.
-    pub(super) fn policy(&self) -> Policy {
-        match self.shooting() {
-            Shooting::Auto => Policy::Auto,
-            Shooting::Uniform | Shooting::Metropolis => Policy::Metropolis,
-        }
+    /// What is simulated of a scene.
+    pub fn plan(&self, scene: &SceneDescription) -> Plan {
+        let steering = match self.shooting() {
+            Shooting::Uniform => Steering::Never,
+            Shooting::Metropolis => Steering::Always,
+            Shooting::Auto => Steering::Measured,
+        };
+        Plan::new(scene, Wishes { limits: self.limits, forced: self.effects, steering })
     }
 
     /// Checks ranges before any work is done.

@@ -14,7 +14,7 @@ pub fn begin<'a>(
     scene: &'a dyn Scene,
     parameters: &'a Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
-    let mut shooter = ChainShooter::new(parameters.seed, parameters.policy(), parameters.chains);
+    let mut shooter = ChainShooter::new(parameters.seed, parameters.chains);
     let jitter_every = parameters.jitter_every;
     let run =
         Run::new(scene, parameters, KernelDimensions::POINTS, jitter_every, Receivers::build)?;

@@ -1,10 +1,12 @@
 //! What all methods share: passes, jitters, radii, the film, clocks and counters.
 
+use super::effects::EffectReport;
 use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use crate::film::error::{ErrorEstimate, ErrorSums};
 use crate::film::{add_bias, add_jitter, FilmSums};
 use crate::markov::FamilyReport;
+use crate::plan::Plan;
 use crate::scene::{Scene, SceneResult};
 use crate::transport::deposits::PixelSums;
 use crate::transport::footprint::automatic_radii;
@@ -74,6 +76,7 @@ where
 pub struct Run<'a, R> {
     scene: &'a dyn Scene,
     parameters: &'a Parameters,
+    plan: Plan,
     start: Instant,
     jitter_every: u32,
     prepare: fn(ViewPaths) -> R,
@@ -97,6 +100,7 @@ pub struct Run<'a, R> {
 pub struct Pass<'a, R> {
     pub scene: &'a dyn Scene,
     pub parameters: &'a Parameters,
+    pub plan: &'a Plan,
     pub receivers: &'a R,
     pub radii: Radii,
     pub number: u64,
@@ -110,13 +114,15 @@ pub struct Pass<'a, R> {
 
 impl<R: AsRef<ViewPaths>> Pass<'_, R> {
     pub fn pairs(&self) -> Pairs<'_> {
-        Pairs::new(self.scene, self.receivers.as_ref(), self.radii, self.parameters.limits)
+        Pairs::new(self.plan, self.receivers.as_ref(), self.radii)
     }
 
     /// Shoots the pass's photons and keeps them.
     pub fn store(&self, particles: Particles) -> SceneResult<(StoredPhotons, Counters)> {
-        let Parameters { limits, seed, photons, .. } = *self.parameters;
-        Storage { scene: self.scene, particles, limits, seed }.shoot(self.number, photons)
+        let Parameters { seed, photons, .. } = *self.parameters;
+        let wanted = self.receivers.as_ref().wanted(self.plan);
+        let storage = Storage { scene: self.scene, plan: self.plan, particles, wanted, seed };
+        storage.shoot(self.number, photons)
     }
 
     /// Builds the structures over stored photons, on the clock of trees.
@@ -141,7 +147,7 @@ impl Pass<'_, Receivers> {
             receivers: self.receivers,
             particles,
             radii: self.radii,
-            limits: self.parameters.limits,
+            plan: self.plan,
         }
     }
 }
@@ -157,12 +163,15 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
     ) -> Result<Self, RenderError> {
         let start = Instant::now();
         let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
-        let receivers = trace(scene, parameters, 0, prepare, &mut counters, &mut seconds)?;
+        let plan = parameters.plan(scene.description());
+        let ground = Ground { scene, parameters, plan: &plan };
+        let receivers = ground.trace(0, prepare, &mut counters, &mut seconds)?;
         let initial_radii = first_radii(scene, parameters, receivers.as_ref())?;
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
         Ok(Run {
             scene,
             parameters,
+            plan,
             start,
             jitter_every,
             prepare,
@@ -197,9 +206,9 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             return Ok(false);
         }
         let jitter = u64::from(self.passes / self.jitter_every);
+        let ground = Ground { scene: self.scene, parameters: self.parameters, plan: &self.plan };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
-        self.receivers =
-            trace(self.scene, self.parameters, jitter, self.prepare, counters, seconds)?;
+        self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
         Ok(true)
     }
 
@@ -214,6 +223,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let pass = Pass {
             scene: self.scene,
             parameters: self.parameters,
+            plan: &self.plan,
             receivers: &self.receivers,
             radii: self.radii.current(),
             number: u64::from(self.passes),
@@ -249,6 +259,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             initial_radii: self.initial_radii,
             final_radii: self.radii.current(),
             counters: self.counters,
+            effects: EffectReport::all(&self.plan, &self.counters, self.shooting),
             shooting: self.shooting,
             estimated_error: self.estimate,
             warnings,
@@ -307,26 +318,31 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
     }
 }
 
-/// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
-fn trace<R: AsRef<ViewPaths>>(
-    scene: &dyn Scene,
-    parameters: &Parameters,
-    jitter: u64,
-    prepare: fn(ViewPaths) -> R,
-    counters: &mut Counters,
-    seconds: &mut PhaseSeconds,
-) -> Result<R, RenderError> {
-    let clock = Instant::now();
-    let paths = view::trace(scene, parameters.limits, parameters.seed, jitter)?;
-    counters.view_rays += paths.film.len() as u64;
-    counters.view_beams += paths.beams.len() as u64;
-    counters.visible_points += paths.points.len() as u64;
-    counters.dropped_view_rays += paths.dropped;
-    seconds.view += clock.elapsed().as_secs_f64();
-    let clock = Instant::now();
-    let receivers = prepare(paths);
-    seconds.trees += clock.elapsed().as_secs_f64();
-    Ok(receivers)
+/// What ray paths depend on.
+struct Ground<'a> {
+    scene: &'a dyn Scene,
+    parameters: &'a Parameters,
+    plan: &'a Plan,
+}
+
+impl Ground<'_> {
+    /// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
+    fn trace<R: AsRef<ViewPaths>>(
+        &self,
+        jitter: u64,
+        prepare: fn(ViewPaths) -> R,
+        counters: &mut Counters,
+        seconds: &mut PhaseSeconds,
+    ) -> Result<R, RenderError> {
+        let clock = Instant::now();
+        let paths = view::trace(self.scene, self.plan, self.parameters.seed, jitter)?;
+        counters.add(&paths.counters);
+        seconds.view += clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        let receivers = prepare(paths);
+        seconds.trees += clock.elapsed().as_secs_f64();
+        Ok(receivers)
+    }
 }
 
 /// Radii as given, or from the pixel footprint where they are 0.

@@ -1,3 +1,4 @@
+use super::effects::EffectReport;
 use super::Parameters;
 use crate::density::radius::Radii;
 use crate::film::error::ErrorEstimate;
@@ -32,6 +33,8 @@ pub struct Stats {
     pub initial_radii: Radii,
     pub final_radii: Radii,
     pub counters: Counters,
+    /// What was simulated and why, and the work that it took, in the order of [`crate::effect::Effect::ALL`].
+    pub effects: Vec<EffectReport>,
     /// What was measured and decided about shooting, by family; all zero where a method does not measure.
     pub shooting: PerFamily<FamilyReport>,
     /// None where no error was to be estimated, or too little was there to judge by.

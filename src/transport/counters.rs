@@ -6,11 +6,27 @@ use serde::Serialize;
 pub struct Counters {
     pub view_rays: u64,
     pub view_beams: u64,
+    /// Of these, view beams behind a refraction.
+    pub refracted_beams: u64,
     pub visible_points: u64,
+    /// View segments behind a delta or null lobe.
+    pub chain_segments: u64,
+    /// Ends of view segments that were asked for emission, and view rays that were asked for the sky.
+    pub emission_queries: u64,
+    pub sky_queries: u64,
+    /// View rays that drew a place on the aperture.
+    pub aperture_samples: u64,
+    /// Points at which extinction was asked for, on behalf of tables along view segments and photon beams.
+    pub view_table_samples: u64,
+    pub photon_table_samples: u64,
     /// Walks emitted.
     pub walks: u64,
     /// Segments of all walks.
     pub segments: u64,
+    /// Of these, segments through media, those of them with weighed channels, and segments behind a scattering.
+    pub flights: u64,
+    pub weighed_flights: u64,
+    pub scattered_segments: u64,
     /// Walks of the uniform stream, and those of them that added something to a pixel, by family. The
     /// ratio is the visible share.
     pub uniform_walks: u64,
@@ -18,6 +34,8 @@ pub struct Counters {
     /// Photons that looked for receivers: hits on smooth surfaces, and collisions or beams in media.
     pub medium_photons: u64,
     pub surface_photons: u64,
+    /// Pairs in media that were weighted by a phase function which depends on directions.
+    pub directional_pairs: u64,
     /// Photons that fell within a receiver's radius.
     pub medium_deposits: u64,
     pub surface_deposits: u64,
@@ -31,13 +49,24 @@ impl Counters {
     pub fn add(&mut self, o: &Counters) {
         self.view_rays += o.view_rays;
         self.view_beams += o.view_beams;
+        self.refracted_beams += o.refracted_beams;
         self.visible_points += o.visible_points;
+        self.chain_segments += o.chain_segments;
+        self.emission_queries += o.emission_queries;
+        self.sky_queries += o.sky_queries;
+        self.aperture_samples += o.aperture_samples;
+        self.view_table_samples += o.view_table_samples;
+        self.photon_table_samples += o.photon_table_samples;
         self.walks += o.walks;
         self.segments += o.segments;
+        self.flights += o.flights;
+        self.weighed_flights += o.weighed_flights;
+        self.scattered_segments += o.scattered_segments;
         self.uniform_walks += o.uniform_walks;
         self.add_visible(o.visible_walks);
         self.medium_photons += o.medium_photons;
         self.surface_photons += o.surface_photons;
+        self.directional_pairs += o.directional_pairs;
         self.medium_deposits += o.medium_deposits;
         self.surface_deposits += o.surface_deposits;
         self.dropped_photons += o.dropped_photons;

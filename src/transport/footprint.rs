@@ -54,7 +54,7 @@ fn probe(scene: &dyn Scene) -> SceneResult<Footprint> {
     }
     let numbers = vec![0.5; VIEW_RAY_DIMENSIONS * lanes];
     let limits = PathLimits { max_depth: 1, rr_depth: 1, hide_emitters: false };
-    let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, limits };
+    let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, rules: limits.into() };
     let mut walk = scene.view_rays(&request, &mut Planes::default())?;
     let mut v = ViewVertices::default();
     walk.step(&vec![0.5; VIEW_STEP_DIMENSIONS * lanes], &mut v)?;

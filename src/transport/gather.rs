@@ -9,6 +9,7 @@ use super::photon_beam::{BeamKind, PhotonBeams};
 use super::receivers::Receivers;
 use super::walks::Walks;
 use crate::density::radius::Radii;
+use crate::plan::Plan;
 use crate::scene::*;
 use crate::transport::photon::PerFamily;
 use rand_pcg::Pcg64Mcg;
@@ -32,10 +33,15 @@ pub struct Target<'a> {
     pub receivers: &'a Receivers,
     pub particles: Particles,
     pub radii: Radii,
-    pub limits: PathLimits,
+    pub plan: &'a Plan,
 }
 
 impl Target<'_> {
+    /// The families that any receiver is there for.
+    pub fn wanted(&self) -> PerFamily<bool> {
+        self.receivers.paths.wanted(self.plan)
+    }
+
     /// Shoots one batch of walks and gathers what those of the wanted families add. `tables` is the
     /// stream of numbers for transmittance tables along photon beams.
     pub fn shoot<S: Sink, N: Numbers>(
@@ -48,8 +54,8 @@ impl Target<'_> {
     ) -> SceneResult<(S, Counters)> {
         let mut total = sink();
         let beams = matches!(self.particles, Particles::Beams(_)) && wanted.medium;
-        let walks =
-            Walks { scene: self.scene, limits: self.limits, count: walks, with_segments: beams };
+        let Target { scene, plan, .. } = *self;
+        let walks = Walks { scene, plan, count: walks, with_segments: beams };
         let counters = walks.trace(numbers, |vertices, counters| {
             let (part, counts) = self.gather(vertices, tables, wanted, &sink)?;
             total.append(part);
@@ -69,17 +75,19 @@ impl Target<'_> {
     ) -> SceneResult<(S, Counters)> {
         let beams = match self.particles {
             Particles::Beams(kind) if wanted.medium => {
-                PhotonBeams::of_vertices(kind, self.scene, vertices, tables)?
+                PhotonBeams::of_vertices(kind, self.scene, &self.plan.media, vertices, tables)?
             }
             _ => PhotonBeams::default(),
         };
-        let pairs = Pairs::new(self.scene, &self.receivers.paths, self.radii, self.limits);
+        let pairs = Pairs::new(self.plan, &self.receivers.paths, self.radii);
         let query = Query { target: self, pairs, wanted, beams: &beams };
         let lanes = vertices.event.len();
         let points = (0..lanes).step_by(VERTICES_PER_TASK).map(Task::Vertices);
         let lines = (0..beams.beams.len()).step_by(VERTICES_PER_TASK).map(Task::Beams);
         let tasks: Vec<Task> = points.chain(lines).collect();
-        let (mut total, mut counters) = (sink(), Counters::default());
+        let mut total = sink();
+        let mut counters =
+            Counters { photon_table_samples: beams.table_samples, ..Counters::default() };
         for group in tasks.chunks(TASKS_PER_HANDOVER) {
             let parts: Vec<Gathered<S>> =
                 group.par_iter().map(|task| query.run(*task, vertices, sink())).collect();

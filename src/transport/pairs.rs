@@ -11,6 +11,7 @@ use crate::density::kernel;
 use crate::density::radius::Radii;
 use crate::math::{Approach, Rgb};
 use crate::medium::{phase, TransmittanceTables};
+use crate::plan::Plan;
 use crate::scene::*;
 use glam::Vec3;
 
@@ -67,13 +68,8 @@ impl<S: Sink> Gathered<S> {
 }
 
 impl<'a> Pairs<'a> {
-    pub fn new(
-        scene: &'a dyn Scene,
-        paths: &'a ViewPaths,
-        radii: Radii,
-        limits: PathLimits,
-    ) -> Self {
-        Pairs { paths, media: &scene.description().media, radii, limits }
+    pub fn new(plan: &'a Plan, paths: &'a ViewPaths, radii: Radii) -> Self {
+        Pairs { paths, media: &plan.media, radii, limits: plan.limits() }
     }
 
     fn within_depth(&self, view: u32, photon: u32) -> bool {
@@ -142,6 +138,8 @@ impl<'a> Pairs<'a> {
     ) {
         let view = beam.segment.direction;
         let phase = self.phase(beam.medium, -photon.dot(view));
+        let directional = self.media[beam.medium as usize].phase != Phase::Isotropic;
+        out.counters.directional_pairs += u64::from(directional);
         pending.weighted = pending.weighted * sigma_s.unwrap_or(Rgb::ONE) * phase.unwrap_or(1.0);
         let (owes_phase, owes_scattering) = (phase.is_none(), sigma_s.is_none());
         let medium = beam.medium;

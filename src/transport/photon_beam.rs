@@ -1,8 +1,8 @@
 //! Photon beams: the ways of photons through media, from one vertex to the next. [Jarosz 2011]
 
-use super::tabulate::{tabulate, Crossing};
+use super::tabulate::{far, tabulate, Crossing};
 use super::view::visible_length;
-use crate::math::{Rgb, Segment};
+use crate::math::{Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::scene::*;
 use rand_pcg::Pcg64Mcg;
@@ -63,7 +63,8 @@ impl PhotonBeam {
     /// The beam of a vertex's segment; none in vacuum and where nothing scatters. The table is not made.
     fn of_lane(
         kind: BeamKind,
-        scene: &SceneDescription,
+        media: &[Medium],
+        bounds: &Aabb,
         v: &PhotonVertices,
         lane: usize,
     ) -> Option<Self> {
@@ -72,8 +73,8 @@ impl PhotonBeam {
         if medium_index == VACUUM {
             return None;
         }
-        let medium = &scene.media[medium_index as usize];
-        if medium.scattering.is_some_and(|sigma_s| sigma_s.max_component() <= 0.0) {
+        let medium = &media[medium_index as usize];
+        if !medium.scatters() {
             return None;
         }
         let (attenuation, length) = match kind {
@@ -86,8 +87,11 @@ impl PhotonBeam {
         let (origin, direction) = (segments.origin.get(lane), v.direction.get(lane));
         // Nothing is scattered or absorbed outside the bounds of a varying medium.
         let (start, end) = match medium.extinction {
-            Extinction::Constant(sigma_t) => (0.0, visible_length(sigma_t, &scene.bounds)),
-            Extinction::Varying { .. } => medium.bounds.clip(origin, direction)?,
+            Extinction::Constant(sigma_t) => (0.0, visible_length(sigma_t, bounds)),
+            Extinction::Varying { .. } => {
+                let (start, end) = medium.bounds.clip(origin, direction)?;
+                (start, end.min(start + far(bounds)))
+            }
         };
         let (origin, length) = (origin + start * direction, length.min(end) - start);
         let flux = segments.flux.rgb(lane);
@@ -133,6 +137,8 @@ impl PhotonBeam {
 pub struct PhotonBeams {
     pub beams: Vec<PhotonBeam>,
     pub tables: TransmittanceTables,
+    /// Points at which extinction was asked for.
+    pub table_samples: u64,
 }
 
 impl PhotonBeams {
@@ -140,27 +146,33 @@ impl PhotonBeams {
     pub fn of_vertices(
         kind: BeamKind,
         scene: &dyn Scene,
+        media: &[Medium],
         v: &PhotonVertices,
         rng: &mut Pcg64Mcg,
     ) -> SceneResult<Self> {
-        let description = scene.description();
-        let of_lane = |lane| PhotonBeam::of_lane(kind, description, v, lane);
+        let bounds = &scene.description().bounds;
+        let of_lane = |lane| PhotonBeam::of_lane(kind, media, bounds, v, lane);
         let mut out = PhotonBeams {
             beams: (0..v.event.len()).filter_map(of_lane).collect(),
-            tables: TransmittanceTables::default(),
+            ..PhotonBeams::default()
         };
-        out.tabulate(scene, rng)?;
+        out.tabulate(scene, media, rng)?;
         Ok(out)
     }
 
-    fn tabulate(&mut self, scene: &dyn Scene, rng: &mut Pcg64Mcg) -> SceneResult<()> {
-        let media = &scene.description().media;
+    fn tabulate(
+        &mut self,
+        scene: &dyn Scene,
+        media: &[Medium],
+        rng: &mut Pcg64Mcg,
+    ) -> SceneResult<()> {
         let mut beams: Vec<_> = self.beams.iter_mut().filter(|b| b.needs_table(media)).collect();
         let crossings: Vec<_> = beams
             .iter()
             .map(|beam| Crossing { segment: beam.segment, medium: beam.medium })
             .collect();
-        let tables = tabulate(scene, &crossings, rng, &mut self.tables)?;
+        let (tables, samples) = tabulate(scene, media, &crossings, rng, &mut self.tables)?;
+        self.table_samples += samples;
         for (beam, table) in beams.iter_mut().zip(tables) {
             beam.table = table;
         }
@@ -170,6 +182,7 @@ impl PhotonBeams {
     /// Takes over other beams.
     pub fn append(&mut self, other: PhotonBeams) {
         let offset = self.tables.append(other.tables);
+        self.table_samples += other.table_samples;
         self.beams.extend(other.beams.into_iter().map(|beam| {
             let table = if beam.table == NO_TABLE { NO_TABLE } else { beam.table + offset };
             PhotonBeam { table, ..beam }

@@ -5,7 +5,6 @@ use super::counters::Counters;
 use super::deposits::{Deposits, PixelSums};
 use super::gather::Target;
 use super::numbers::Uniform;
-use super::photon::PerFamily;
 use super::splat::Splat;
 use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batch, SceneResult};
@@ -35,6 +34,10 @@ impl UniformShooter {
         walks: u64,
         sums: &mut PixelSums,
     ) -> SceneResult<Counters> {
+        let wanted = target.wanted();
+        if !wanted.surface && !wanted.medium {
+            return Ok(Counters::default());
+        }
         let batching = target.scene.batching();
         let (mut counters, mut next, end) = (Counters::default(), 0, batching.count(walks));
         while next < end {
@@ -66,8 +69,8 @@ impl UniformShooter {
         let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch.number);
         let mut numbers = Uniform(stream(Purpose::Photons));
         let mut tables = stream(Purpose::PhotonTables);
-        let (both, pixels) = (PerFamily::from_fn(|_| true), target.receivers.pixels());
-        target.shoot(batch.lanes, &mut numbers, &mut tables, both, || Splat::new(pixels))
+        let (wanted, pixels) = (target.wanted(), target.receivers.pixels());
+        target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, || Splat::new(pixels))
     }
 
     /// Sizes the next round by what the last one held.

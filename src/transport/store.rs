@@ -3,11 +3,12 @@
 use super::counters::Counters;
 use super::gather::Particles;
 use super::numbers::Uniform;
-use super::photon::{self, Event, MediumPhoton, SurfacePhoton};
+use super::photon::{self, Event, MediumPhoton, PerFamily, SurfacePhoton};
 use super::photon_beam::PhotonBeams;
 use super::walks::Walks;
 use crate::math::uniform::{self, Purpose};
-use crate::scene::{Batch, PathLimits, PhotonVertices, Scene, SceneResult};
+use crate::plan::Plan;
+use crate::scene::{Batch, PhotonVertices, Scene, SceneResult};
 
 /// Photons of one pass. Media hold points or beams, never both.
 #[derive(Debug, Default)]
@@ -21,14 +22,19 @@ pub struct StoredPhotons {
 #[derive(Clone, Copy)]
 pub struct Storage<'a> {
     pub scene: &'a dyn Scene,
+    pub plan: &'a Plan,
     pub particles: Particles,
-    pub limits: PathLimits,
+    /// The families that any receiver is there for.
+    pub wanted: PerFamily<bool>,
     pub seed: u64,
 }
 
 impl Storage<'_> {
     /// Shoots the walks of one pass.
     pub fn shoot(&self, pass: u64, walks: u64) -> SceneResult<(StoredPhotons, Counters)> {
+        if !self.wanted.surface && !self.wanted.medium {
+            return Ok((StoredPhotons::default(), Counters::default()));
+        }
         let batching = self.scene.batching();
         let parts = batching.run_all(walks, |batch| self.shoot_batch(pass, batch))?;
         let (mut stored, mut counters) = (StoredPhotons::default(), Counters::default());
@@ -45,15 +51,14 @@ impl Storage<'_> {
         let mut numbers = Uniform(stream(Purpose::Photons));
         let mut tables = stream(Purpose::PhotonTables);
         let mut stored = StoredPhotons::default();
-        let walks = Walks {
-            scene: self.scene,
-            limits: self.limits,
-            count: batch.lanes,
-            with_segments: matches!(self.particles, Particles::Beams(_)),
-        };
+        let with_segments = matches!(self.particles, Particles::Beams(_)) && self.wanted.medium;
+        let Storage { scene, plan, .. } = *self;
+        let walks = Walks { scene, plan, count: batch.lanes, with_segments };
         let counters = walks.trace(&mut numbers, |vertices, counters| {
-            if let Particles::Beams(kind) = self.particles {
-                let beams = PhotonBeams::of_vertices(kind, self.scene, vertices, &mut tables)?;
+            if let (Particles::Beams(kind), true) = (self.particles, self.wanted.medium) {
+                let (media, tables) = (&plan.media, &mut tables);
+                let beams = PhotonBeams::of_vertices(kind, scene, media, vertices, tables)?;
+                counters.photon_table_samples += beams.table_samples;
                 stored.beams.append(beams);
             }
             self.keep(vertices, &mut stored, counters);
@@ -65,11 +70,13 @@ impl Storage<'_> {
     fn keep(&self, v: &PhotonVertices, stored: &mut StoredPhotons, counters: &mut Counters) {
         for lane in 0..v.event.len() {
             match photon::event(v, lane, &mut counters.dropped_photons) {
-                Event::Surface(photon) => stored.on_surfaces.push(photon),
-                Event::Medium(photon) if self.particles == Particles::Points => {
+                Event::Surface(photon) if self.wanted.surface => stored.on_surfaces.push(photon),
+                Event::Medium(photon)
+                    if self.wanted.medium && self.particles == Particles::Points =>
+                {
                     stored.in_media.push(photon);
                 }
-                Event::Medium(_) | Event::Nothing => {}
+                Event::Surface(_) | Event::Medium(_) | Event::Nothing => {}
             }
         }
     }

@@ -1,18 +1,21 @@
 //! Ray paths: what the camera sees through delta lobes and medium boundaries, kept as view beams and
 //! visible points until the next jitter. [Collin 2013 §5.1]
 
-use crate::math::{uniform, Aabb, Rgb, Segment};
+use crate::effect::Effect;
+use crate::math::uniform::{self, Purpose};
+use crate::math::{Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
+use crate::plan::Plan;
 use crate::scene::*;
-use crate::transport::tabulate::{tabulate, Crossing};
+use crate::transport::counters::Counters;
+use crate::transport::photon::PerFamily;
+use crate::transport::tabulate::{far, tabulate, Crossing};
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
 /// Beyond this optical depth (transmittance 1e-9) a view beam shows nothing that a pixel could hold.
 const OPAQUE_DEPTH: f32 = 20.7;
-/// A beam that meets nothing ends this many scene diagonals away, if it is not opaque before.
-const FAR_DIAGONALS: f32 = 1e4;
 /// Segments after which a ray path that never ends is given up (and counted).
 const MAX_SEGMENTS: usize = 4096;
 
@@ -67,8 +70,8 @@ pub struct ViewPaths {
     pub film: Vec<[f32; 2]>,
     pub emission: Vec<Rgb>,
     pub alpha: Vec<f32>,
-    /// Paths given up or not finite.
-    pub dropped: u64,
+    /// What was done for them.
+    pub counters: Counters,
     stored: Vec<StoredPoint>,
 }
 
@@ -80,22 +83,20 @@ struct StoredPoint {
 }
 
 /// Traces one ray path per pixel, jittered within it, and tells the scene which points to keep.
-pub fn trace(
-    scene: &dyn Scene,
-    limits: PathLimits,
-    seed: u64,
-    jitter: u64,
-) -> SceneResult<ViewPaths> {
+pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneResult<ViewPaths> {
     let [width, height] = scene.description().film_size;
     let pixels = u64::from(width) * u64::from(height);
     let traced = scene.batching().run_all(pixels, |batch| {
-        let rng = uniform::stream(seed, uniform::Purpose::ViewRays, jitter, batch.number);
-        Tracer::new(scene, limits, batch.first as usize, batch.lanes, rng).trace()
+        let stream = |purpose| uniform::stream(seed, purpose, jitter, batch.number);
+        Tracer::new(scene, plan, batch, stream).trace()
     })?;
     let mut paths = ViewPaths::default();
     for batch in traced {
         paths.append(batch);
     }
+    paths.counters.view_rays = paths.film.len() as u64;
+    paths.counters.view_beams = paths.beams.len() as u64;
+    paths.counters.visible_points = paths.points.len() as u64;
     paths.store_points(scene)?;
     Ok(paths)
 }
@@ -127,7 +128,18 @@ impl ViewPaths {
         self.emission.append(&mut other.emission);
         self.alpha.append(&mut other.alpha);
         self.stored.append(&mut other.stored);
-        self.dropped += other.dropped;
+        self.counters.add(&other.counters);
+    }
+
+    /// The families whose photons can be seen, and those whose photons look for receivers anyhow.
+    pub fn wanted(&self, plan: &Plan) -> PerFamily<bool> {
+        let wanted = |effect, receivers: usize| {
+            plan.simulates(effect) && (receivers > 0 || plan.is_forced(effect))
+        };
+        PerFamily {
+            surface: wanted(Effect::SurfaceGathering, self.points.len()),
+            medium: wanted(Effect::ViewBeams, self.beams.len()),
+        }
     }
 
     fn store_points(&mut self, scene: &dyn Scene) -> SceneResult<()> {
@@ -160,15 +172,22 @@ struct Path {
     /// Share of the pixel that nothing has covered yet.
     clear: f32,
     distance: f32,
+    /// Normal on the viewer's side of the surface that scattered the path into its newest segment, or 0.
+    scattered_at: Vec3,
+    refracted: bool,
     alive: bool,
 }
 
 /// Traces a batch of neighbouring pixels.
 struct Tracer<'a> {
     scene: &'a dyn Scene,
-    limits: PathLimits,
+    plan: &'a Plan,
     first: usize,
+    /// Streams for rays, for places on the aperture, and for tables: what is not simulated draws nothing, and
+    /// leaves the others as they are.
     rng: Pcg64Mcg,
+    aperture: Pcg64Mcg,
+    table_rng: Pcg64Mcg,
     paths: Vec<Path>,
     out: ViewPaths,
 }
@@ -176,48 +195,99 @@ struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     fn new(
         scene: &'a dyn Scene,
-        limits: PathLimits,
-        first: usize,
-        lanes: usize,
-        rng: Pcg64Mcg,
+        plan: &'a Plan,
+        batch: Batch,
+        stream: impl Fn(Purpose) -> Pcg64Mcg,
     ) -> Self {
-        let path = Path { throughput: Rgb::ONE, depth: 0, clear: 1.0, distance: 0.0, alive: true };
+        let lanes = batch.lanes;
+        let path = Path {
+            throughput: Rgb::ONE,
+            depth: 0,
+            clear: 1.0,
+            distance: 0.0,
+            scattered_at: Vec3::ZERO,
+            refracted: false,
+            alive: true,
+        };
         let out = ViewPaths {
             emission: vec![Rgb::ZERO; lanes],
             alpha: vec![0.0; lanes],
             ..ViewPaths::default()
         };
-        Tracer { scene, limits, first, rng, paths: vec![path; lanes], out }
+        Tracer {
+            scene,
+            plan,
+            first: batch.first as usize,
+            rng: stream(Purpose::ViewRays),
+            aperture: stream(Purpose::Aperture),
+            table_rng: stream(Purpose::ViewTables),
+            paths: vec![path; lanes],
+            out,
+        }
     }
 
     fn trace(mut self) -> SceneResult<ViewPaths> {
         let lanes = self.paths.len();
-        let (film, mut numbers) = (self.film_positions(), Vec::new());
-        uniform::fill(&mut self.rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
-        let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, limits: self.limits };
+        let film = self.film_positions();
+        let mut numbers = self.ray_numbers();
+        let rules = self.plan.rules;
+        let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, rules };
         let mut importance = Planes::default();
         let mut walk = self.scene.view_rays(&request, &mut importance)?;
         for (lane, path) in self.paths.iter_mut().enumerate() {
             path.throughput = importance.rgb(lane);
         }
         let mut vertices = ViewVertices::default();
-        for _ in 0..MAX_SEGMENTS {
+        for segment in 0..MAX_SEGMENTS {
+            self.count_segments(segment);
             uniform::fill(&mut self.rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
             walk.step(&numbers, &mut vertices)?;
             let tables = self.tabulate(&vertices)?;
-            for (lane, &table) in tables.iter().enumerate() {
-                self.extend(lane, table, &vertices);
+            for lane in 0..lanes {
+                self.extend(lane, tables.get(lane).copied().unwrap_or(NO_TABLE), &vertices);
             }
             if self.paths.iter().all(|path| !path.alive) {
                 break;
             }
         }
-        self.out.dropped += self.paths.iter().filter(|path| path.alive).count() as u64;
+        self.out.counters.dropped_view_rays += self.alive();
         Ok(self.out)
     }
 
-    /// Tables along the newest segments, by lane.
+    fn alive(&self) -> u64 {
+        self.paths.iter().filter(|path| path.alive).count() as u64
+    }
+
+    /// [`VIEW_RAY_DIMENSIONS`] planes; the two of the aperture hold its middle where there is none.
+    fn ray_numbers(&mut self) -> Vec<f32> {
+        let (lanes, mut numbers, mut aperture) = (self.paths.len(), Vec::new(), Vec::new());
+        uniform::fill(&mut self.rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
+        if self.plan.simulates(Effect::DepthOfField) {
+            uniform::fill(&mut self.aperture, &mut aperture, 2 * lanes);
+            self.out.counters.aperture_samples += lanes as u64;
+        } else {
+            aperture.resize(2 * lanes, 0.5);
+        }
+        numbers[..2 * lanes].copy_from_slice(&aperture);
+        numbers
+    }
+
+    /// Counts what is asked for at the ends of the segments that come.
+    fn count_segments(&mut self, segment: usize) {
+        let alive = self.alive();
+        if segment > 0 {
+            self.out.counters.chain_segments += alive;
+        }
+        if self.plan.simulates(Effect::DirectEmission) {
+            self.out.counters.emission_queries += alive;
+        }
+    }
+
+    /// Tables along the newest segments, by lane; none at all where no medium calls for them.
     fn tabulate(&mut self, v: &ViewVertices) -> SceneResult<Vec<u32>> {
+        if !self.plan.simulates(Effect::TransmittanceTables) {
+            return Ok(Vec::new());
+        }
         let crosses = |lane: &usize| self.paths[*lane].alive && v.medium[*lane] != VACUUM;
         let lanes: Vec<usize> = (0..self.paths.len()).filter(crosses).collect();
         let crossing = |&lane: &usize| Crossing {
@@ -229,7 +299,9 @@ impl<'a> Tracer<'a> {
             medium: v.medium[lane],
         };
         let crossings: Vec<_> = lanes.iter().map(crossing).collect();
-        let tables = tabulate(self.scene, &crossings, &mut self.rng, &mut self.out.tables)?;
+        let (media, rng) = (&self.plan.media, &mut self.table_rng);
+        let (tables, samples) = tabulate(self.scene, media, &crossings, rng, &mut self.out.tables)?;
+        self.out.counters.view_table_samples += samples;
         let mut by_lane = vec![NO_TABLE; self.paths.len()];
         for (lane, table) in lanes.into_iter().zip(tables) {
             by_lane[lane] = table;
@@ -264,6 +336,7 @@ impl<'a> Tracer<'a> {
         }
         let flags = v.flags[lane];
         let has = |bit| flags & bit != 0;
+        path.refracted |= path.scattered_at.dot(v.direction.get(lane)) < 0.0;
         let tr = self.add_beam(lane, &path, table, v);
         path.throughput *= tr;
         path.distance += v.length[lane];
@@ -275,8 +348,11 @@ impl<'a> Tracer<'a> {
             if emission.is_finite() {
                 self.out.emission[lane] += emission;
             } else {
-                self.out.dropped += 1;
+                self.out.counters.dropped_view_rays += 1;
             }
+        }
+        if !has(view_flags::HIT) && self.plan.simulates(Effect::Environment) {
+            self.out.counters.sky_queries += 1;
         }
         if has(view_flags::VISIBLE_POINT) {
             self.add_point(lane, &path, v);
@@ -287,6 +363,8 @@ impl<'a> Tracer<'a> {
         if has(view_flags::SCATTERED) {
             path.depth += 1;
         }
+        path.scattered_at =
+            if has(view_flags::SCATTERED) { v.normal.get(lane) } else { Vec3::ZERO };
         self.roulette(&mut path);
         self.paths[lane] = path;
     }
@@ -297,14 +375,14 @@ impl<'a> Tracer<'a> {
         if medium == VACUUM {
             return Rgb::ONE;
         }
-        let description = self.scene.description();
-        let segment_length = match description.media[medium as usize].extinction {
+        let (media, bounds) = (&self.plan.media, &self.scene.description().bounds);
+        let segment_length = match media[medium as usize].extinction {
             Extinction::Constant(sigma_t) if sigma_t.max_component() <= 0.0 => return Rgb::ONE,
-            Extinction::Constant(sigma_t) => {
-                length.min(visible_length(sigma_t, &description.bounds))
-            }
+            Extinction::Constant(sigma_t) => length.min(visible_length(sigma_t, bounds)),
             Extinction::Varying { .. } if table == NO_TABLE => return Rgb::ONE,
-            Extinction::Varying { .. } => length.min(self.out.tables.end(table)),
+            Extinction::Varying { .. } => {
+                length.min(self.out.tables.visible_end(table, OPAQUE_DEPTH))
+            }
         };
         let beam = BeamRecord {
             segment: Segment {
@@ -318,12 +396,20 @@ impl<'a> Tracer<'a> {
             table,
             depth: path.depth,
         };
-        let scatters = path.depth.saturating_add(2) <= self.limits.max_depth;
-        if scatters {
+        if self.is_receiver(&beam) {
             self.out.beams.push(beam);
             self.out.beam_distances.push(path.distance + 0.5 * segment_length);
+            self.out.counters.refracted_beams += u64::from(path.refracted);
         }
-        self.out.beam_transmittance(&beam, &description.media, length)
+        self.out.beam_transmittance(&beam, &self.plan.media, length)
+    }
+
+    /// Whether photons can be seen along a beam, or are looked for anyhow.
+    fn is_receiver(&self, beam: &BeamRecord) -> bool {
+        let scatters = self.plan.media[beam.medium as usize].scatters();
+        self.plan.simulates(Effect::ViewBeams)
+            && (scatters || self.plan.is_forced(Effect::ViewBeams))
+            && beam.depth.saturating_add(2) <= self.plan.limits().max_depth
     }
 
     fn add_point(&mut self, lane: usize, path: &Path, v: &ViewVertices) {
@@ -337,7 +423,7 @@ impl<'a> Tracer<'a> {
             self.out.stored.push(StoredPoint {
                 origin: v.origin.get(lane),
                 direction: v.direction.get(lane),
-                skips_emitters: self.limits.hide_emitters && path.depth == 0,
+                skips_emitters: self.plan.limits().hide_emitters && path.depth == 0,
             });
             Lobe::Stored(self.out.stored.len() as u32 - 1)
         };
@@ -364,7 +450,8 @@ impl<'a> Tracer<'a> {
                 1.0
             }
         } else {
-            let shows_sky = self.scene.description().has_environment && !self.limits.hide_emitters;
+            let hides = self.plan.limits().hide_emitters;
+            let shows_sky = self.scene.description().has_environment() && !hides;
             f32::from(u8::from(shows_sky))
         };
         self.out.alpha[lane] += path.clear * covered;
@@ -375,11 +462,11 @@ impl<'a> Tracer<'a> {
     fn roulette(&mut self, path: &mut Path) {
         let weight = path.throughput.max_component();
         if !path.throughput.is_finite() {
-            self.out.dropped += 1;
+            self.out.counters.dropped_view_rays += 1;
             path.alive = false;
         } else if weight <= 0.0 {
             path.alive = false;
-        } else if path.alive && path.depth > self.limits.rr_depth {
+        } else if path.alive && path.depth > self.plan.limits().rr_depth {
             let survival = weight.min(0.95);
             path.alive = self.rng.random::<f32>() < survival;
             path.throughput = path.throughput / survival;
@@ -392,9 +479,5 @@ impl<'a> Tracer<'a> {
 pub fn visible_length(sigma_t: Rgb, bounds: &Aabb) -> f32 {
     let scattering = [sigma_t.r, sigma_t.g, sigma_t.b].into_iter().filter(|sigma| *sigma > 0.0);
     let opaque = OPAQUE_DEPTH / scattering.fold(f32::INFINITY, f32::min);
-    if bounds.is_empty() {
-        opaque
-    } else {
-        opaque.min(FAR_DIAGONALS * bounds.diagonal().max(f32::MIN_POSITIVE))
-    }
+    opaque.min(far(bounds))
 }

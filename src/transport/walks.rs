@@ -2,13 +2,15 @@
 
 use super::counters::Counters;
 use super::numbers::Numbers;
-use crate::scene::{PathLimits, PhotonVertices, Scene, SceneResult};
+use crate::effect::Effect;
+use crate::plan::Plan;
+use crate::scene::{PhotonVertices, Scene, SceneResult, VACUUM};
 
 /// A batch of walks that is to be traced.
 #[derive(Clone, Copy)]
 pub struct Walks<'a> {
     pub scene: &'a dyn Scene,
-    pub limits: PathLimits,
+    pub plan: &'a Plan,
     pub count: usize,
     /// Whether the segments between vertices are wanted, too.
     pub with_segments: bool,
@@ -26,7 +28,7 @@ impl Walks<'_> {
         let segments = self.with_segments.then(Default::default);
         let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
         numbers.emission(self.count, &mut planes);
-        let mut photons = self.scene.emit(self.count, &planes, self.limits)?;
+        let mut photons = self.scene.emit(self.count, &planes, self.plan.rules)?;
         for step in 0.. {
             let lanes = photons.lanes();
             if lanes == 0 {
@@ -38,8 +40,24 @@ impl Walks<'_> {
             numbers.step(step, &alive, lanes, &mut planes);
             photons.step(&planes, &mut vertices)?;
             counters.segments += lanes as u64;
+            self.count(&vertices, &mut counters);
             visit(&vertices, &mut counters)?;
         }
         Ok(counters)
+    }
+
+    /// What the segments of a step were made of.
+    fn count(&self, v: &PhotonVertices, counters: &mut Counters) {
+        if self.plan.simulates(Effect::MultipleScattering) {
+            let scattered = v.depth.iter().filter(|depth| **depth > 0).count();
+            counters.scattered_segments += scattered as u64;
+        }
+        if self.plan.simulates(Effect::MediumSampling) {
+            let flights = v.medium.iter().filter(|medium| **medium != VACUUM).count() as u64;
+            counters.flights += flights;
+            if self.plan.simulates(Effect::ColouredExtinction) {
+                counters.weighed_flights += flights;
+            }
+        }
     }
 }

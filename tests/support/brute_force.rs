@@ -101,7 +101,8 @@ impl View {
         let film = film_positions(scene, &numbers);
         uniform::fill(&mut rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
         let limits = parameters.limits;
-        let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, limits };
+        let request =
+            ViewRayRequest { lanes, film: &film, numbers: &numbers, rules: limits.into() };
         let mut importance = Planes::default();
         let mut walk = scene.view_rays(&request, &mut importance).expect("view rays start");
         let start = |lane| Path { weight: array(importance.get(lane)), clear: 1.0, depth: 0 };
@@ -181,7 +182,7 @@ impl Path {
         let crossed = flags & view_flags::CONTINUES != 0 && flags & view_flags::SCATTERED == 0;
         let covered = match flags & view_flags::HIT != 0 {
             true => !crossed,
-            false => scene.description().has_environment && !hide_emitters,
+            false => scene.description().has_environment() && !hide_emitters,
         };
         if covered {
             self.clear = 0.0;
@@ -292,7 +293,7 @@ fn scatter(
         let mut rng = uniform::stream(parameters.seed, Purpose::Photons, pass.into(), batch);
         let mut numbers = Vec::new();
         uniform::fill(&mut rng, &mut numbers, EMIT_DIMENSIONS * lanes);
-        let mut walk = scene.emit(lanes, &numbers, parameters.limits).expect("walks start");
+        let mut walk = scene.emit(lanes, &numbers, parameters.limits.into()).expect("walks start");
         let mut vertices = PhotonVertices::default();
         let mut radiance = vec![[0.0; 3]; rays];
         while walk.lanes() > 0 {

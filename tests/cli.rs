@@ -336,6 +336,35 @@ fn plugin_dir_that_cannot_be_filled_fails() {
 }
 
 #[test]
+fn inspect_says_what_the_scene_calls_for() {
+    let desk = Desk::new();
+    let said = desk.run(&["inspect", "scene.xml"]);
+    assert_eq!((said.code, said.err.as_str()), (Some(0), ""));
+    let line = |effect: &str| {
+        let found = said.out.lines().find(|line| line.split_whitespace().nth(1) == Some(effect));
+        found.unwrap_or_else(|| panic!("no {effect} in\n{}", said.out))
+    };
+    assert!(line("view_beams").starts_with("  on "), "{}", said.out);
+    let tables = line("transmittance_tables");
+    assert!(tables.starts_with("  off ") && tables.contains("no medium varies"), "{tables}");
+    assert!(tables.contains("forced: "), "{tables}");
+
+    let said = desk.run(&["inspect", "scene.xml", "--json", "--effects", "transmittance_tables"]);
+    assert_eq!((said.code, said.err.as_str()), (Some(0), ""));
+    let report: serde_json::Value = serde_json::from_str(&said.out).unwrap();
+    let effects = report["effects"].as_array().unwrap();
+    let of = |name: &str| effects.iter().find(|effect| effect["effect"] == name).unwrap();
+    assert_eq!(of("transmittance_tables")["forced"], true);
+    assert_eq!(of("visible_points")["on"], true);
+    assert!(of("visible_points")["cost"]["per_jitter"].as_f64().unwrap() > 0.0);
+    assert_eq!(desk.files(), ["scene.xml"]);
+
+    let said = desk.run(&["inspect", "scene.xml", "--effects", "fog"]);
+    assert_eq!((said.code, said.out.as_str()), (Some(2), ""));
+    assert!(said.err.contains("\"fog\"") && said.err.contains("view_beams"), "{}", said.err);
+}
+
+#[test]
 fn help_and_version_succeed() {
     let desk = Desk::new();
     for (words, part) in [

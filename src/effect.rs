@@ -139,6 +139,11 @@ impl Effects {
         self.0
     }
 
+    /// From such bits; others are ignored.
+    pub const fn from_bits(bits: u32) -> Self {
+        Effects(bits & Effects::ALL.0)
+    }
+
     pub fn iter(self) -> impl Iterator<Item = Effect> {
         Effect::ALL.into_iter().filter(move |effect| self.has(*effect))
     }

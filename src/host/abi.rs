@@ -287,7 +287,7 @@ pub struct VptHost {
 
 /// The integrator's parameters; names and meanings are those of `method::Parameters`.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct VptParameters {
     pub method: *const c_char,
     pub radius_schedule: *const c_char,

@@ -226,8 +226,8 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         estimate_error: p.estimate_error != 0,
         target_error: p.target_error,
         seed: p.seed,
-        timeout: (p.timeout > 0.0 && p.timeout.is_finite())
-            .then(|| Duration::from_secs_f64(p.timeout)),
+        // What no clock can count to never comes.
+        timeout: Duration::try_from_secs_f64(p.timeout).ok().filter(|timeout| !timeout.is_zero()),
     })
 }
 

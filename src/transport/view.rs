@@ -338,6 +338,11 @@ impl<'a> Tracer<'a> {
         let has = |bit| flags & bit != 0;
         path.refracted |= path.scattered_at.dot(v.direction.get(lane)) < 0.0;
         let tr = self.add_beam(lane, &path, table, v);
+        if !tr.is_finite() || !v.weight.rgb(lane).is_finite() {
+            self.out.counters.dropped_view_rays += 1;
+            self.paths[lane].alive = false;
+            return;
+        }
         path.throughput *= tr;
         path.distance += v.length[lane];
         self.out.alpha[lane] += path.clear * (1.0 - tr.mean());

@@ -1,0 +1,499 @@
+//! A [`Scene`] behind the callbacks of a [`VptHost`].
+
+use crate::effect::Effects;
+use crate::host::abi::*;
+use crate::math::Rgb;
+use crate::scene::*;
+use std::cell::RefCell;
+use std::ffi::{c_char, c_void, CString};
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::slice::{from_raw_parts, from_raw_parts_mut};
+
+/// A scene with the arrays that its description points to.
+pub struct ServedScene<'a> {
+    scene: &'a dyn Scene,
+    /// Keeps the texts that the arrays point to.
+    _names: Vec<CString>,
+    media: Vec<VptMedium>,
+    surfaces: Vec<VptSurface>,
+    emitters: Vec<VptEmitter>,
+    sensor: CString,
+    warnings: Vec<*const c_char>,
+}
+
+/// A walk and the lanes that its next step takes.
+struct Walk<W> {
+    walk: W,
+    lanes: usize,
+}
+
+type ViewBox<'a> = Walk<Box<dyn ViewWalk + 'a>>;
+type PhotonBox<'a> = Walk<Box<dyn PhotonWalk + 'a>>;
+
+thread_local! {
+    static LAST_ERROR: RefCell<CString> = RefCell::default();
+}
+
+impl<'a> ServedScene<'a> {
+    pub fn new(scene: &'a dyn Scene) -> Self {
+        let description = scene.description();
+        let mut names = Names(Vec::new());
+        ServedScene {
+            scene,
+            media: description.media.iter().map(|m| raw_medium(m, names.keep(&m.name))).collect(),
+            surfaces: description
+                .surfaces
+                .iter()
+                .map(|s| VptSurface {
+                    name: names.keep(&s.name),
+                    lobes: s.lobes,
+                    interior: s.interior,
+                    exterior: s.exterior,
+                })
+                .collect(),
+            emitters: description
+                .emitters
+                .iter()
+                .map(|e| VptEmitter {
+                    name: names.keep(&e.name),
+                    is_visible: e.is_visible.into(),
+                    is_environment: e.is_environment.into(),
+                })
+                .collect(),
+            warnings: description.warnings.iter().map(|w| names.keep(w)).collect(),
+            sensor: text(&description.sensor.name),
+            _names: names.0,
+        }
+    }
+
+    /// The callbacks; they work for as long as `self` lives and stays where it is.
+    pub fn host(&self) -> VptHost {
+        VptHost {
+            abi_version: VPT_ABI_VERSION,
+            context: std::ptr::from_ref(self).cast_mut().cast(),
+            describe,
+            view_rays,
+            view_step,
+            view_free,
+            emit,
+            photon_alive,
+            photon_step,
+            photon_free,
+            extinction,
+            scattering,
+            eval_phase,
+            store_points,
+            eval_bsdf,
+            splat,
+            last_error,
+        }
+    }
+
+    fn description(&self) -> VptDescription {
+        let (d, batching) = (self.scene.description(), self.scene.batching());
+        VptDescription {
+            film_size: d.film_size,
+            film_offset: d.film_offset,
+            film_channels: d.film_channels,
+            film_pixels: d.film_pixels,
+            film_width: d.film_width,
+            media: self.media.as_ptr(),
+            media_count: self.media.len() as u32,
+            bounds_min: d.bounds.min.into(),
+            bounds_max: d.bounds.max.into(),
+            surfaces: self.surfaces.as_ptr(),
+            surface_count: self.surfaces.len() as u32,
+            emitters: self.emitters.as_ptr(),
+            emitter_count: self.emitters.len() as u32,
+            sensor_name: self.sensor.as_ptr(),
+            has_aperture: d.sensor.has_aperture.into(),
+            warnings: self.warnings.as_ptr(),
+            warning_count: self.warnings.len() as u32,
+            lanes: batching.lanes as u32,
+            concurrent: batching.concurrent.into(),
+        }
+    }
+}
+
+struct Names(Vec<CString>);
+
+impl Names {
+    /// The text's heap memory stays where it is when the list grows.
+    fn keep(&mut self, name: &str) -> *const c_char {
+        self.0.push(text(name));
+        self.0[self.0.len() - 1].as_ptr()
+    }
+}
+
+fn text(name: &str) -> CString {
+    CString::new(name.replace('\0', " ")).unwrap_or_default()
+}
+
+fn raw_medium(m: &Medium, name: *const c_char) -> VptMedium {
+    let (varying, sigma_t, feature_size) = match m.extinction {
+        Extinction::Constant(sigma_t) => (0, sigma_t, f32::INFINITY),
+        Extinction::Varying { feature_size } => (1, Rgb::ZERO, feature_size),
+    };
+    let (phase, g) = match m.phase {
+        Phase::Isotropic => (VPT_PHASE_ISOTROPIC, 0.0),
+        Phase::HenyeyGreenstein { g } => (VPT_PHASE_HENYEY_GREENSTEIN, g),
+        Phase::Opaque => (VPT_PHASE_OPAQUE, 0.0),
+    };
+    VptMedium {
+        name,
+        varying,
+        sigma_t: glam::Vec3::from(sigma_t).into(),
+        feature_size,
+        grey: m.grey.into(),
+        varying_scattering: m.scattering.is_none().into(),
+        sigma_s: glam::Vec3::from(m.scattering.unwrap_or(Rgb::ZERO)).into(),
+        phase,
+        g,
+        bounds_min: m.bounds.min.into(),
+        bounds_max: m.bounds.max.into(),
+    }
+}
+
+fn rules(raw: &VptRules) -> PathRules {
+    PathRules {
+        limits: PathLimits {
+            max_depth: raw.max_depth,
+            rr_depth: raw.rr_depth,
+            hide_emitters: raw.hide_emitters != 0,
+        },
+        effects: Effects::from_bits(raw.effects),
+    }
+}
+
+/// Runs a callback; an error or a panic becomes a status and a sentence.
+fn guarded(body: impl FnOnce() -> SceneResult<()>) -> i32 {
+    let sentence = match catch_unwind(AssertUnwindSafe(body)) {
+        Ok(Ok(())) => return 0,
+        Ok(Err(error)) => error.to_string(),
+        Err(_) => "the scene panicked".to_owned(),
+    };
+    LAST_ERROR.with(|last| *last.borrow_mut() = text(&sentence));
+    1
+}
+
+/// # Safety
+/// `context` must come from [`ServedScene::host`], whose scene must be alive.
+unsafe fn served<'a>(context: *mut c_void) -> &'a ServedScene<'a> {
+    // SAFETY: the caller's promise.
+    unsafe { &*context.cast::<ServedScene>() }
+}
+
+/// Three planes of `lanes` values.
+///
+/// # Safety
+/// `values` must hold `3 * lanes` values.
+unsafe fn planes(lanes: usize, values: *const f32) -> Planes {
+    let mut out = Planes::default();
+    out.resize(lanes);
+    // SAFETY: the caller's promise.
+    out.as_mut_slice().copy_from_slice(unsafe { from_raw_parts(values, 3 * lanes) });
+    out
+}
+
+/// # Safety
+/// `to` must have room for the values, unless it is null.
+unsafe fn put<T: Copy>(values: &[T], to: *mut T) {
+    if !to.is_null() {
+        // SAFETY: the caller's promise.
+        unsafe { from_raw_parts_mut(to, values.len()) }.copy_from_slice(values);
+    }
+}
+
+unsafe extern "C" fn describe(context: *mut c_void, out: *mut VptDescription) -> i32 {
+    // SAFETY: the engine gives a valid out pointer.
+    guarded(|| unsafe {
+        *out = served(context).description();
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn view_rays(
+    context: *mut c_void,
+    request: *const VptViewRequest,
+    walk: *mut *mut c_void,
+) -> i32 {
+    // SAFETY: the engine's arrays hold what `lanes` says; the scene outlives its walks.
+    guarded(|| unsafe {
+        let raw = &*request;
+        let lanes = raw.lanes as usize;
+        let request = ViewRayRequest {
+            lanes,
+            film: from_raw_parts(raw.film, 2 * lanes),
+            numbers: from_raw_parts(raw.numbers, VIEW_RAY_DIMENSIONS * lanes),
+            rules: rules(&raw.rules),
+        };
+        let mut importance = Planes::default();
+        let started = served(context).scene.view_rays(&request, &mut importance)?;
+        put(importance.as_slice(), raw.importance);
+        *walk = Box::into_raw(Box::new(ViewBox { walk: started, lanes })).cast();
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn view_step(
+    _: *mut c_void,
+    walk: *mut c_void,
+    numbers: *const f32,
+    out: *const VptViewVertices,
+) -> i32 {
+    // SAFETY: the walk came from `view_rays`; arrays hold its lanes.
+    guarded(|| unsafe {
+        let (walk, out) = (&mut *walk.cast::<ViewBox>(), &*out);
+        let mut vertices = ViewVertices::default();
+        vertices.resize(walk.lanes);
+        let numbers = from_raw_parts(numbers, VIEW_STEP_DIMENSIONS * walk.lanes);
+        walk.walk.step(numbers, &mut vertices)?;
+        put(&vertices.flags, out.flags);
+        put(&vertices.medium, out.medium);
+        put(&vertices.length, out.length);
+        for (planes, to) in [
+            (&vertices.origin, out.origin),
+            (&vertices.direction, out.direction),
+            (&vertices.position, out.position),
+            (&vertices.normal, out.normal),
+            (&vertices.geometric_normal, out.geometric_normal),
+            (&vertices.reflectance, out.reflectance),
+            (&vertices.emission, out.emission),
+            (&vertices.weight, out.weight),
+        ] {
+            put(planes.as_slice(), to);
+        }
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn view_free(_: *mut c_void, walk: *mut c_void) {
+    // SAFETY: the walk came from `view_rays` and is freed once.
+    guarded(|| unsafe {
+        drop(Box::from_raw(walk.cast::<ViewBox>()));
+        Ok(())
+    });
+}
+
+unsafe extern "C" fn emit(
+    context: *mut c_void,
+    lanes: u32,
+    numbers: *const f32,
+    raw: *const VptRules,
+    walk: *mut *mut c_void,
+    alive: *mut u32,
+) -> i32 {
+    // SAFETY: as in `view_rays`.
+    guarded(|| unsafe {
+        let numbers = from_raw_parts(numbers, EMIT_DIMENSIONS * lanes as usize);
+        let started = served(context).scene.emit(lanes as usize, numbers, rules(&*raw))?;
+        let lanes = started.lanes();
+        *alive = lanes as u32;
+        *walk = Box::into_raw(Box::new(PhotonBox { walk: started, lanes })).cast();
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn photon_alive(_: *mut c_void, walk: *mut c_void, out: *mut u32) -> i32 {
+    // SAFETY: the walk came from `emit`; the array holds its lanes.
+    guarded(|| unsafe {
+        let mut alive = Vec::new();
+        (*walk.cast::<PhotonBox>()).walk.alive(&mut alive)?;
+        put(&alive, out);
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn photon_step(
+    _: *mut c_void,
+    walk: *mut c_void,
+    numbers: *const f32,
+    out: *const VptPhotonVertices,
+    alive: *mut u32,
+) -> i32 {
+    // SAFETY: the walk came from `emit`; arrays hold its lanes.
+    guarded(|| unsafe {
+        let (walk, out) = (&mut *walk.cast::<PhotonBox>(), &*out);
+        let segments = (!out.segment_reach.is_null()).then(PhotonSegments::default);
+        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
+        vertices.resize(walk.lanes);
+        let numbers = from_raw_parts(numbers, PHOTON_STEP_DIMENSIONS * walk.lanes);
+        walk.walk.step(numbers, &mut vertices)?;
+        put(&vertices.walk, out.walk);
+        put(&vertices.event, out.event);
+        put(&vertices.medium, out.medium);
+        put(&vertices.depth, out.depth);
+        put(&vertices.length, out.length);
+        for (planes, to) in [
+            (&vertices.position, out.position),
+            (&vertices.direction, out.direction),
+            (&vertices.geometric_normal, out.geometric_normal),
+            (&vertices.flux, out.flux),
+        ] {
+            put(planes.as_slice(), to);
+        }
+        if let Some(segments) = &vertices.segments {
+            put(segments.origin.as_slice(), out.segment_origin);
+            put(segments.flux.as_slice(), out.segment_flux);
+            put(segments.density.as_slice(), out.segment_density);
+            put(&segments.reach, out.segment_reach);
+        }
+        walk.lanes = walk.walk.lanes();
+        *alive = walk.lanes as u32;
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn photon_free(_: *mut c_void, walk: *mut c_void) {
+    // SAFETY: the walk came from `emit` and is freed once.
+    guarded(|| unsafe {
+        drop(Box::from_raw(walk.cast::<PhotonBox>()));
+        Ok(())
+    });
+}
+
+/// # Safety
+/// The arrays must hold `count` lanes.
+unsafe fn medium_points(
+    count: usize,
+    medium: *const u32,
+    position: *const f32,
+    direction: *const f32,
+) -> MediumPoints {
+    // SAFETY: the caller's promise.
+    unsafe {
+        MediumPoints {
+            medium: from_raw_parts(medium, count).to_vec(),
+            position: planes(count, position),
+            direction: planes(count, direction),
+        }
+    }
+}
+
+unsafe extern "C" fn extinction(
+    context: *mut c_void,
+    count: u32,
+    medium: *const u32,
+    position: *const f32,
+    direction: *const f32,
+    out: *mut f32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let points = medium_points(count as usize, medium, position, direction);
+        let mut values = Planes::default();
+        served(context).scene.extinction(&points, &mut values)?;
+        put(values.as_slice(), out);
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn scattering(
+    context: *mut c_void,
+    count: u32,
+    medium: *const u32,
+    position: *const f32,
+    direction: *const f32,
+    out: *mut f32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let points = medium_points(count as usize, medium, position, direction);
+        let mut values = Planes::default();
+        served(context).scene.scattering(&points, &mut values)?;
+        put(values.as_slice(), out);
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn eval_phase(
+    context: *mut c_void,
+    count: u32,
+    medium: *const u32,
+    position: *const f32,
+    photon_direction: *const f32,
+    view_direction: *const f32,
+    out: *mut f32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let count = count as usize;
+        let pairs = PhasePairs {
+            medium: from_raw_parts(medium, count).to_vec(),
+            position: planes(count, position),
+            photon_direction: planes(count, photon_direction),
+            view_direction: planes(count, view_direction),
+        };
+        let mut values = Planes::default();
+        served(context).scene.eval_phase(&pairs, &mut values)?;
+        put(values.as_slice(), out);
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn store_points(
+    context: *mut c_void,
+    count: u32,
+    origin: *const f32,
+    direction: *const f32,
+    skips_emitters: *const u32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let count = count as usize;
+        served(context).scene.store_points(&PointSegments {
+            origin: planes(count, origin),
+            direction: planes(count, direction),
+            skips_emitters: from_raw_parts(skips_emitters, count).to_vec(),
+        })
+    })
+}
+
+unsafe extern "C" fn eval_bsdf(
+    context: *mut c_void,
+    count: u32,
+    point: *const u32,
+    photon_direction: *const f32,
+    out: *mut f32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let count = count as usize;
+        let pairs = SurfacePairs {
+            point: from_raw_parts(point, count).to_vec(),
+            photon_direction: planes(count, photon_direction),
+        };
+        let mut values = Planes::default();
+        served(context).scene.eval_bsdf(&pairs, &mut values)?;
+        put(values.as_slice(), out);
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn splat(
+    context: *mut c_void,
+    count: u32,
+    position: *const f32,
+    radiance: *const f32,
+    alpha: *const f32,
+    weight: *const f32,
+    storage: *mut f64,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes, the storage the whole film.
+    guarded(|| unsafe {
+        let (scene, count) = (served(context).scene, count as usize);
+        let samples = FilmSamples {
+            position: from_raw_parts(position, 2 * count).to_vec(),
+            radiance: planes(count, radiance),
+            alpha: from_raw_parts(alpha, count).to_vec(),
+            weight: from_raw_parts(weight, count).to_vec(),
+        };
+        let description = scene.description();
+        let values = description.film_pixels as usize * description.film_channels as usize;
+        scene.splat(&samples, from_raw_parts_mut(storage, values))
+    })
+}
+
+unsafe extern "C" fn last_error(_: *mut c_void) -> *const c_char {
+    LAST_ERROR.with(|last| last.borrow().as_ptr())
+}

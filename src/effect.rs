@@ -178,7 +178,7 @@ impl Serialize for Effects {
 /// An effect's name that does not exist.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "unknown effect \"{0}\"; use \"auto\" (what the scene calls for), \"all\", or names to force on, with \
+    "unknown effect \"{0}\" in effects; use \"auto\" (what the scene calls for), \"all\", or names to force on, with \
      commas between them: {known}",
     known = Effect::ALL.map(Effect::name).join(", ")
 )]

@@ -10,6 +10,8 @@
 //! - Optical depths are moderate: `volpath` drops paths whose majorant's transmittance underflows, and its
 //!   shadow rays end a little before the lamp.
 //! - No `bumpmap`, `normalmap`, `sggx` or smooth normals: see what was found of them in `docs/ARCHITECTURE.md`.
+//! - Paths are bounded where extinction is coloured: `volpathmis`, which judges there, is dark where its
+//!   roulette begins.
 //! - An infinite lamp in a medium without end lights nothing.
 
 use rand::seq::IndexedRandom;
@@ -61,6 +63,9 @@ impl Generator {
             camera,
         };
         self.light(&mut scene);
+        if scene.max_depth.is_none() && !scene.media().iter().all(|m| m.extinction.is_grey()) {
+            scene.max_depth = Some(8);
+        }
         scene
     }
 
@@ -284,7 +289,8 @@ impl Generator {
 
     /// One to three lamps.
     fn light(&mut self, scene: &mut Scene) {
-        let endless = matches!(scene.surroundings, Surroundings::Open { .. }) && scene.air.is_some();
+        let endless =
+            matches!(scene.surroundings, Surroundings::Open { .. }) && scene.air.is_some();
         let sky = !endless && !matches!(scene.surroundings, Surroundings::Room(_));
         let inside = !matches!(scene.surroundings, Surroundings::Open { .. });
         if sky && self.random.random_bool(0.6) {

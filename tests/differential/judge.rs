@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use vpt::host::session::{LoadedScene, SceneFile, Session};
-use vpt::method::Silent;
+use vpt::method::{Method, Silent};
 use vpt::scene::{PathLimits, UNBOUNDED_DEPTH};
 
 use super::image::Image;
@@ -21,11 +21,17 @@ const FALSE_ALARM: f64 = 1e-3;
 /// A picture in which a larger error could hide is undecided.
 const DETECTABLE_IMAGE: f64 = 0.1;
 const DETECTABLE_BLOCK: f64 = 0.4;
+/// Chains share walks, receivers and radii with the methods that shoot uniformly. What is theirs, the
+/// normalisation, shows in the whole image: half the precision will do.
+const CHAINS: f64 = 2.0;
+/// By how much a block of the same photons may differ: a pair at the very edge of a kernel is in or out by
+/// rounding.
+const SAME: f64 = 0.02;
 
 const SURFACE_RADIUS: f32 = 0.04;
 const MEDIUM_RADIUS: f32 = 0.04;
-/// No path of these scenes is longer, or what it carries is lost in the noise.
-const NO_ROULETTE: u32 = 128;
+/// Scenes that take `volpathmis` have bounded paths.
+const NO_ROULETTE: u32 = 64;
 
 /// How long is rendered before one gives up.
 #[derive(Clone, Copy)]
@@ -40,10 +46,10 @@ pub struct Effort {
 
 impl Effort {
     pub const USUAL: Effort =
-        Effort { first_seeds: 12, most_seeds: 96, spp: 128, passes: 8, photons: 1500 };
+        Effort { first_seeds: 12, most_seeds: 48, spp: 128, passes: 2, photons: 6000 };
     /// Before a disagreement is believed: means of few heavy-tailed values are not normal.
     const CERTAIN: Effort =
-        Effort { first_seeds: 48, most_seeds: 96, spp: 512, passes: 16, photons: 3000 };
+        Effort { first_seeds: 32, most_seeds: 64, spp: 512, passes: 4, photons: 12_000 };
     /// Of `CERTAIN`'s seeds, which are others.
     const CERTAIN_SEED: u32 = 1_000_000;
 }
@@ -64,11 +70,11 @@ impl Levels {
 }
 
 pub struct Judgement {
-    pub method: &'static str,
+    pub method: Method,
     pub ruling: Ruling,
     /// Of the least believable colour of the image.
     pub deviation: f64,
-    pub seeds: usize,
+    pub pictures: usize,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -84,10 +90,23 @@ pub struct Evidence {
     pub actual: Image,
 }
 
+impl Evidence {
+    /// As EXR files.
+    pub fn write(&self, folder: &Path) -> Result<(), String> {
+        let difference = Image::from_fn(FILM, FILM, |x, y| {
+            let i = y * FILM + x;
+            [0, 1, 2].map(|c| self.actual.pixels[i][c] - self.expected.pixels[i][c])
+        });
+        self.expected.write_exr(&folder.join("expected.exr"))?;
+        self.actual.write_exr(&folder.join("actual.exr"))?;
+        difference.write_exr(&folder.join("difference.exr"))
+    }
+}
+
 /// A scene on disk, with Mitsuba's pictures of it, to which methods are held.
 pub struct Judge<'a> {
     session: &'a Session,
-    path: &'a Path,
+    folder: &'a Path,
     scene: &'a Scene,
     levels: Levels,
     expected: Vec<Image>,
@@ -96,17 +115,47 @@ pub struct Judge<'a> {
 impl<'a> Judge<'a> {
     pub fn new(
         session: &'a Session,
-        path: &'a Path,
+        folder: &'a Path,
         scene: &'a Scene,
         levels: Levels,
     ) -> Result<Self, String> {
-        let mut judge = Judge { session, path, scene, levels, expected: Vec::new() };
+        let mut judge = Judge { session, folder, scene, levels, expected: Vec::new() };
         judge.expected = judge.reference(Effort::USUAL, 0)?;
         Ok(judge)
     }
 
+    pub fn judge(&self, method: Method) -> Result<Judgement, String> {
+        match method {
+            Method::Apa => self.hold_to_twin(method, Method::Ppt),
+            Method::Ppb => self.hold_to_twin(method, Method::Ppbt),
+            Method::Ppt | Method::Ppbt | Method::PptMetro | Method::PpbtMetro => {
+                self.hold_to_mitsuba(method)
+            }
+        }
+    }
+
+    /// Photon maps and beam hierarchies find the pairs that trees of the view find: with new view rays in
+    /// every pass the pictures of one seed are the same.
+    fn hold_to_twin(&self, method: Method, twin: Method) -> Result<Judgement, String> {
+        let one = Effort { first_seeds: 1, most_seeds: 1, ..Effort::USUAL };
+        let [actual, expected] = [method, twin].map(|m| self.render(m, one, 0, &self.expected));
+        let [actual, expected] = [actual?, expected?].map(|p| p[0].value.block_means(BLOCK));
+        let bright = expected.iter().flatten().copied().fold(0.0, f64::max);
+        let pairs = || actual.iter().flatten().zip(expected.iter().flatten());
+        let worst = pairs()
+            .map(|(actual, expected)| (actual - expected) / expected.abs().max(DARK * bright))
+            .fold(0.0, |a: f64, b: f64| if a.abs() > b.abs() { a } else { b });
+        let ruling = if worst.abs() > SAME {
+            let off = 100.0 * worst;
+            Ruling::Disagrees(format!("a block is off {}'s by {off:.1} %", twin.name()))
+        } else {
+            Ruling::Agrees
+        };
+        Ok(Judgement { method, ruling, deviation: worst, pictures: 1 })
+    }
+
     /// A disagreement counts if it shows again at length, with other seeds on both sides.
-    pub fn judge(&self, method: &'static str) -> Result<Judgement, String> {
+    fn hold_to_mitsuba(&self, method: Method) -> Result<Judgement, String> {
         let usual = self.hold(method, Effort::USUAL, 0, &self.expected)?;
         if !matches!(usual.ruling, Ruling::Disagrees(_)) {
             return Ok(usual);
@@ -116,7 +165,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Means of all pictures.
-    pub fn evidence(&self, method: &'static str) -> Result<Evidence, String> {
+    pub fn evidence(&self, method: Method) -> Result<Evidence, String> {
         let actual = self.render(method, Effort::USUAL, 0, &self.expected)?;
         Ok(Evidence {
             expected: mean(self.expected.iter()),
@@ -128,13 +177,13 @@ impl<'a> Judge<'a> {
     /// (`docs/ARCHITECTURE.md`).
     fn reference(&self, effort: Effort, first_seed: u32) -> Result<Vec<Image>, String> {
         let grey = self.scene.media().iter().all(|medium| medium.extinction.is_grey());
+        let (name, rr_depth) = if grey { ("volpath", 5) } else { ("volpathmis", NO_ROULETTE) };
         let limits = PathLimits {
             max_depth: self.scene.max_depth.unwrap_or(UNBOUNDED_DEPTH),
-            rr_depth: NO_ROULETTE,
+            rr_depth,
             hide_emitters: self.scene.hide_emitters,
         };
-        let name = if grey { "volpath" } else { "volpathmis" };
-        let loaded = self.load("ppt", effort, 1.0)?;
+        let loaded = self.load(Method::Ppt, effort, 1.0)?;
         let integrator = self.session.integrator(name, limits).map_err(|e| e.to_string())?;
         collect(
             effort,
@@ -152,7 +201,7 @@ impl<'a> Judge<'a> {
 
     fn hold(
         &self,
-        method: &'static str,
+        method: Method,
         effort: Effort,
         first_seed: u32,
         expected: &[Image],
@@ -162,18 +211,18 @@ impl<'a> Judge<'a> {
         let rejected = self.rejected(&verdict);
         let ruling = if let Some(fault) = rejected {
             Ruling::Disagrees(fault)
-        } else if self.is_noisy(&verdict, 1.0) {
+        } else if self.is_noisy(&verdict, precision(method)) {
             Ruling::Undecided
         } else {
             Ruling::Agrees
         };
         let deviation = Verdict::worst(&verdict.image).deviation;
-        Ok(Judgement { method, ruling, deviation, seeds: pictures.len() })
+        Ok(Judgement { method, ruling, deviation, pictures: pictures.len() })
     }
 
     fn render(
         &self,
-        method: &'static str,
+        method: Method,
         effort: Effort,
         first_seed: u32,
         expected: &[Image],
@@ -190,11 +239,11 @@ impl<'a> Judge<'a> {
                 let seed = first_seed + seed;
                 Ok(Picture::extrapolated(&picture(&mut narrow, seed)?, &picture(&mut wide, seed)?))
             },
-            |pictures| !self.is_noisy(&compare(pictures, expected), 1.0),
+            |pictures| !self.is_noisy(&compare(pictures, expected), precision(method)),
         )
     }
 
-    fn load(&self, method: &str, effort: Effort, scale: f32) -> Result<LoadedScene<'a>, String> {
+    fn load(&self, method: Method, effort: Effort, scale: f32) -> Result<LoadedScene<'a>, String> {
         let settings = [
             ("photons", effort.photons.to_string()),
             ("rr_depth", self.scene.rr_depth.to_string()),
@@ -204,8 +253,8 @@ impl<'a> Judge<'a> {
             ("medium_radius", (scale * MEDIUM_RADIUS).to_string()),
         ];
         let file = SceneFile {
-            path: self.path.to_owned(),
-            method: Some(method.to_owned()),
+            path: self.folder.join("scene.xml"),
+            method: Some(method.name().to_owned()),
             settings: settings.map(|(name, value)| (name.to_owned(), value)).into(),
             ..SceneFile::default()
         };
@@ -229,8 +278,20 @@ impl<'a> Judge<'a> {
         }
         let block = Verdict::worst(&verdict.blocks);
         block.rejected(self.levels.block).then(|| {
-            format!("a block is off by {:.1} ± {:.1} %", 100.0 * block.deviation, 100.0 * block.error)
+            format!(
+                "a block is off by {:.1} ± {:.1} %",
+                100.0 * block.deviation,
+                100.0 * block.error
+            )
         })
+    }
+}
+
+/// The share of what may hide that does.
+fn precision(method: Method) -> f64 {
+    match method {
+        Method::PptMetro | Method::PpbtMetro => CHAINS,
+        Method::Ppt | Method::Ppbt | Method::Apa | Method::Ppb => 1.0,
     }
 }
 
@@ -245,9 +306,8 @@ impl Picture {
     fn extrapolated(narrow: &Image, wide: &Image) -> Self {
         let combine = |a: f32, b: f32| {
             Image::from_fn(FILM, FILM, |x, y| {
-                [0, 1, 2].map(|c| {
-                    a * narrow.pixels[y * FILM + x][c] + b * wide.pixels[y * FILM + x][c]
-                })
+                [0, 1, 2]
+                    .map(|c| a * narrow.pixels[y * FILM + x][c] + b * wide.pixels[y * FILM + x][c])
             })
         };
         Picture { value: combine(2.0, -1.0), correction: combine(1.0, -1.0) }

@@ -174,9 +174,20 @@ pub enum Phase {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Lamp {
-    Point { position: Point, intensity: Colour },
-    Spot { position: Point, target: Point, intensity: Colour, cutoff: f32 },
-    Directional { direction: Point, irradiance: Colour },
+    Point {
+        position: Point,
+        intensity: Colour,
+    },
+    Spot {
+        position: Point,
+        target: Point,
+        intensity: Colour,
+        cutoff: f32,
+    },
+    Directional {
+        direction: Point,
+        irradiance: Colour,
+    },
     Constant(Colour),
     /// [`SKY`] pixels, row by row.
     Envmap(Vec<Colour>),

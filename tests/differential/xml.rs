@@ -110,7 +110,10 @@ impl Writer<'_> {
             self.medium_refs(around, around);
         }
         if let Some(radiance) = object.radiance {
-            self.line(format!("<emitter type=\"area\">\n{}\n</emitter>", rgb("radiance", radiance)));
+            self.line(format!(
+                "<emitter type=\"area\">\n{}\n</emitter>",
+                rgb("radiance", radiance)
+            ));
         }
         self.line("</shape>");
         match &object.content {
@@ -141,7 +144,9 @@ impl Writer<'_> {
             self.line("<boolean name=\"face_normals\" value=\"true\"/>");
         }
         if object.shape == Shape::Cylinder {
-            self.line("<point name=\"p0\" value=\"0, 0, -1\"/>\n<point name=\"p1\" value=\"0, 0, 1\"/>");
+            self.line(
+                "<point name=\"p0\" value=\"0, 0, -1\"/>\n<point name=\"p1\" value=\"0, 0, 1\"/>",
+            );
         }
         let scale = object.stretch.map(|stretch| stretch * object.radius / own_radius);
         let scale = if is_grey(&scale) { scale[0].to_string() } else { list(&scale) };
@@ -222,7 +227,7 @@ impl Writer<'_> {
         self.line("<boolean name=\"raw\" value=\"true\"/>\n<transform name=\"to_world\">");
         self.line(format!(
             "<translate value=\"-0.5, -0.5, -0.5\"/>\n<scale value=\"{}\"/>",
-                2.02 * half
+            2.02 * half
         ));
         self.line(format!("<translate value=\"{}\"/>\n</transform>\n</volume>", list(&centre)));
         Ok(())
@@ -287,7 +292,8 @@ fn numbers_of(bsdf: &Bsdf) -> Vec<String> {
             "<texture name=\"reflectance\" type=\"checkerboard\">".to_owned(),
             rgb("color0", *first),
             rgb("color1", *second),
-            "<transform name=\"to_uv\">\n<scale x=\"3\" y=\"3\"/>\n</transform>\n</texture>".to_owned(),
+            "<transform name=\"to_uv\">\n<scale x=\"3\" y=\"3\"/>\n</transform>\n</texture>"
+                .to_owned(),
         ],
         Bsdf::Conductor(material) => vec![metal(material)],
         Bsdf::RoughConductor { material, alpha } => vec![metal(material), number("alpha", *alpha)],
@@ -339,7 +345,9 @@ fn octahedron() -> String {
     for vertex in ["1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0 0 1", "0 0 -1"] {
         writeln!(text, "v {vertex}").expect("write to a string");
     }
-    for [x, y, z] in [[1, 3, 5], [2, 3, 5], [1, 4, 5], [2, 4, 5], [1, 3, 6], [2, 3, 6], [1, 4, 6], [2, 4, 6]] {
+    for [x, y, z] in
+        [[1, 3, 5], [2, 3, 5], [1, 4, 5], [2, 4, 5], [1, 3, 6], [2, 3, 6], [1, 4, 6], [2, 4, 6]]
+    {
         // An odd number of axes turned around makes a mirror image.
         let mirrored = (x + y + z) % 2 == 0;
         let [y, z] = if mirrored { [z, y] } else { [y, z] };

@@ -141,7 +141,9 @@ private:
         Surface out;
         out.lobes = dr::select(hit, bsdf->flags(), 0u);
         out.visible_point = hit && has_flag(out.lobes, BSDFFlags::Smooth) && s.depth + 1u < m_limits.max_depth;
-        out.lambertian = out.visible_point && m_tables.is_lambertian(bsdf, out.visible_point);
+        // `eval_diffuse_reflectance` tells the front's reflectance on the back too, which is black if one-sided.
+        Mask reflects = Frame3f::cos_theta(si.wi) > 0.f || has_flag(out.lobes, BSDFFlags::BackSide);
+        out.lambertian = out.visible_point && reflects && m_tables.is_lambertian(bsdf, out.visible_point);
         if (dr::any_or<true>(out.lambertian))
             out.reflectance = unpolarized_spectrum(bsdf->eval_diffuse_reflectance(si, out.lambertian)) & out.lambertian;
         return out;

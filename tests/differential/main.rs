@@ -20,8 +20,10 @@ mod image;
 #[path = "../support/stats.rs"]
 mod stats;
 
+mod faults;
 mod generator;
 mod judge;
+mod mended;
 mod scene;
 mod shrink;
 mod xml;

@@ -11,7 +11,7 @@
 //!   shadow rays end a little before the lamp.
 //! - No `bumpmap`, `normalmap`, `sggx` or smooth normals: see what was found of them in `docs/ARCHITECTURE.md`.
 //! - Paths are bounded where extinction is coloured: `volpathmis`, which judges there, is dark where its
-//!   roulette begins.
+//!   roulette begins. They are in a medium without end too, which no walk leaves.
 //! - An infinite lamp in a medium without end lights nothing.
 
 use rand::seq::IndexedRandom;
@@ -63,7 +63,8 @@ impl Generator {
             camera,
         };
         self.light(&mut scene);
-        if scene.max_depth.is_none() && !scene.media().iter().all(|m| m.extinction.is_grey()) {
+        let coloured = scene.media().iter().any(|medium| !medium.extinction.is_grey());
+        if scene.max_depth.is_none() && (coloured || is_endless(&scene)) {
             scene.max_depth = Some(8);
         }
         scene
@@ -354,6 +355,11 @@ impl Generator {
         object.bsdf = Bsdf::Diffuse([0.2; 3]);
         object.radiance = Some(self.colour(2.0, 6.0));
     }
+}
+
+/// Whether a medium goes on for ever.
+fn is_endless(scene: &Scene) -> bool {
+    matches!(scene.surroundings, Surroundings::Open { .. }) && scene.air.is_some()
 }
 
 /// All BSDFs of the scene.

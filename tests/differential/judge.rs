@@ -36,22 +36,30 @@ const NO_ROULETTE: u32 = 64;
 /// How long is rendered before one gives up.
 #[derive(Clone, Copy)]
 pub struct Effort {
-    pub first_seeds: u32,
-    pub most_seeds: u32,
-    pub spp: u32,
-    pub passes: u32,
+    first_seeds: u32,
+    most_seeds: u32,
+    spp: u32,
+    passes: u32,
     /// Walks per pass.
-    pub photons: u32,
+    photons: u32,
 }
 
 impl Effort {
-    pub const USUAL: Effort =
-        Effort { first_seeds: 12, most_seeds: 48, spp: 128, passes: 2, photons: 6000 };
+    pub const SHORT: Effort =
+        Effort { first_seeds: 12, most_seeds: 36, spp: 128, passes: 2, photons: 6000 };
+    pub const LONG: Effort = Effort { most_seeds: 192, ..Effort::SHORT };
     /// Before a disagreement is believed: means of few heavy-tailed values are not normal.
     const CERTAIN: Effort =
         Effort { first_seeds: 32, most_seeds: 64, spp: 512, passes: 4, photons: 12_000 };
     /// Of `CERTAIN`'s seeds, which are others.
     const CERTAIN_SEED: u32 = 1_000_000;
+}
+
+/// What all scenes of a run have in common.
+#[derive(Clone, Copy)]
+pub struct Run {
+    pub effort: Effort,
+    pub levels: Levels,
 }
 
 /// The levels at which one test rejects, such that all tests of a run keep `FALSE_ALARM` together, half of
@@ -108,7 +116,7 @@ pub struct Judge<'a> {
     session: &'a Session,
     folder: &'a Path,
     scene: &'a Scene,
-    levels: Levels,
+    run: Run,
     expected: Vec<Image>,
 }
 
@@ -117,10 +125,10 @@ impl<'a> Judge<'a> {
         session: &'a Session,
         folder: &'a Path,
         scene: &'a Scene,
-        levels: Levels,
+        run: Run,
     ) -> Result<Self, String> {
-        let mut judge = Judge { session, folder, scene, levels, expected: Vec::new() };
-        judge.expected = judge.reference(Effort::USUAL, 0)?;
+        let mut judge = Judge { session, folder, scene, run, expected: Vec::new() };
+        judge.expected = judge.reference(run.effort, 0)?;
         Ok(judge)
     }
 
@@ -137,7 +145,7 @@ impl<'a> Judge<'a> {
     /// Photon maps and beam hierarchies find the pairs that trees of the view find: with new view rays in
     /// every pass the pictures of one seed are the same.
     fn hold_to_twin(&self, method: Method, twin: Method) -> Result<Judgement, String> {
-        let one = Effort { first_seeds: 1, most_seeds: 1, ..Effort::USUAL };
+        let one = Effort { first_seeds: 1, most_seeds: 1, ..self.run.effort };
         let [actual, expected] = [method, twin].map(|m| self.render(m, one, 0, &self.expected));
         let [actual, expected] = [actual?, expected?].map(|p| p[0].value.block_means(BLOCK));
         let bright = expected.iter().flatten().copied().fold(0.0, f64::max);
@@ -156,7 +164,7 @@ impl<'a> Judge<'a> {
 
     /// A disagreement counts if it shows again at length, with other seeds on both sides.
     fn hold_to_mitsuba(&self, method: Method) -> Result<Judgement, String> {
-        let usual = self.hold(method, Effort::USUAL, 0, &self.expected)?;
+        let usual = self.hold(method, self.run.effort, 0, &self.expected)?;
         if !matches!(usual.ruling, Ruling::Disagrees(_)) {
             return Ok(usual);
         }
@@ -166,7 +174,7 @@ impl<'a> Judge<'a> {
 
     /// Means of all pictures.
     pub fn evidence(&self, method: Method) -> Result<Evidence, String> {
-        let actual = self.render(method, Effort::USUAL, 0, &self.expected)?;
+        let actual = self.render(method, self.run.effort, 0, &self.expected)?;
         Ok(Evidence {
             expected: mean(self.expected.iter()),
             actual: mean(actual.iter().map(|picture| &picture.value)),
@@ -263,13 +271,13 @@ impl<'a> Judge<'a> {
 
     /// Whether an error that must be seen could hide, in this share of what may.
     fn is_noisy(&self, verdict: &Verdict, share: f64) -> bool {
-        verdict.detectable_in_image(self.levels.image) > share * DETECTABLE_IMAGE
-            || verdict.detectable_in_median_block(self.levels.block) > share * DETECTABLE_BLOCK
+        verdict.detectable_in_image(self.run.levels.image) > share * DETECTABLE_IMAGE
+            || verdict.detectable_in_median_block(self.run.levels.block) > share * DETECTABLE_BLOCK
     }
 
     fn rejected(&self, verdict: &Verdict) -> Option<String> {
         let image = Verdict::worst(&verdict.image);
-        if image.rejected(self.levels.image) {
+        if image.rejected(self.run.levels.image) {
             return Some(format!(
                 "the mean is off by {:.1} ± {:.1} %",
                 100.0 * image.deviation,
@@ -277,7 +285,7 @@ impl<'a> Judge<'a> {
             ));
         }
         let block = Verdict::worst(&verdict.blocks);
-        block.rejected(self.levels.block).then(|| {
+        block.rejected(self.run.levels.block).then(|| {
             format!(
                 "a block is off by {:.1} ± {:.1} %",
                 100.0 * block.deviation,

@@ -34,7 +34,7 @@ const MEDIUM_RADIUS: f32 = 0.04;
 const NO_ROULETTE: u32 = 64;
 
 /// How long is rendered before one gives up.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Effort {
     first_seeds: u32,
     most_seeds: u32,
@@ -46,7 +46,7 @@ pub struct Effort {
 
 impl Effort {
     pub const SHORT: Effort =
-        Effort { first_seeds: 12, most_seeds: 36, spp: 128, passes: 2, photons: 6000 };
+        Effort { first_seeds: 12, most_seeds: 24, spp: 128, passes: 2, photons: 6000 };
     pub const LONG: Effort = Effort { most_seeds: 192, ..Effort::SHORT };
     /// Before a disagreement is believed: means of few heavy-tailed values are not normal.
     const CERTAIN: Effort =

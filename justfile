@@ -16,6 +16,10 @@ bless:
 agreement:
     cargo test --release --test agreement -- --ignored --nocapture
 
+# Random scenes against Mitsuba; VPT_FUZZ_SEED and VPT_FUZZ_SCENES say from which scene on and how many
+fuzz:
+    cargo test --release --test differential -- --ignored --nocapture
+
 # Metropolis chains where one walk in 100,000 is seen
 markov:
     cargo test --release --test markov -- --ignored --nocapture

@@ -303,6 +303,9 @@ void parameters(Object *root, uint32_t sensor, VptParameters *out) {
 template <typename Float, typename Spectrum>
 void create_integrator(const Properties &props, ref<Object> &out) {
     auto integrator = PluginManager::instance()->create_object<Integrator<Float, Spectrum>>(props);
+    // `volpathmis` is a stand-in for the integrator that it makes.
+    if (auto expanded = integrator->expand(); !expanded.empty())
+        integrator = static_cast<Integrator<Float, Spectrum> *>(expanded.front().get());
     if (!integrator->aov_names().empty())
         Throw("the integrator \"%s\" renders other channels than a picture's", props.plugin_name());
     out = integrator.get();

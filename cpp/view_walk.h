@@ -152,7 +152,10 @@ private:
         out.lobes = dr::select(hit, bsdf->flags(), 0u);
         if (!simulates(VPT_EFFECT_SURFACE_GATHERING))
             return out;
-        out.visible_point = hit && has_flag(out.lobes, BSDFFlags::Smooth) && s.depth + 1u < m_rules.max_depth;
+        // The back of a one-sided BSDF is black, whatever `eval_diffuse_reflectance` says of it.
+        Mask reflects = Frame3f::cos_theta(si.wi) > 0.f || has_flag(out.lobes, BSDFFlags::BackSide);
+        out.visible_point =
+            hit && reflects && has_flag(out.lobes, BSDFFlags::Smooth) && s.depth + 1u < m_rules.max_depth;
         out.lambertian = out.visible_point && m_tables.is_lambertian(bsdf, out.visible_point);
         if (dr::any_or<true>(out.lambertian))
             out.reflectance = unpolarized_spectrum(bsdf->eval_diffuse_reflectance(si, out.lambertian)) & out.lambertian;

@@ -141,7 +141,7 @@ impl<'a> Pairs<'a> {
         out: &mut Gathered<S>,
     ) {
         let view = beam.segment.direction;
-        let phase = self.phase(beam.medium, -photon.dot(view));
+        let phase = self.phase(beam.medium, photon, -view);
         pending.weighted = pending.weighted * sigma_s.unwrap_or(Rgb::ONE) * phase.unwrap_or(1.0);
         let (owes_phase, owes_scattering) = (phase.is_none(), sigma_s.is_none());
         let medium = beam.medium;
@@ -149,11 +149,11 @@ impl<'a> Pairs<'a> {
         out.keep_or_ask(pair, pending);
     }
 
-    /// None where the scene has to be asked.
-    fn phase(&self, medium: u32, cosine: f32) -> Option<f32> {
+    /// Between directions of travel; None where the scene has to be asked.
+    fn phase(&self, medium: u32, before: Vec3, after: Vec3) -> Option<f32> {
         match self.media[medium as usize].phase {
             Phase::Isotropic => Some(phase::ISOTROPIC),
-            Phase::HenyeyGreenstein { g } => Some(phase::henyey_greenstein(g, cosine)),
+            Phase::HenyeyGreenstein { g } => Some(phase::henyey_greenstein(g, before, after)),
             Phase::Opaque => None,
         }
     }

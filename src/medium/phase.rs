@@ -21,6 +21,17 @@ pub fn henyey_greenstein(g: f32, before: Vec3, after: Vec3) -> f32 {
 mod tests {
     use super::*;
 
+    /// At 1e-4 from the axis a lobe of g = 0.9999 has fallen to 2^-1.5 of its peak, though the cosine rounds to 1.
+    #[test]
+    fn narrow_lobes_are_resolved() {
+        for g in [0.9999f32, -0.9999] {
+            let axis = Vec3::Z * 1f32.copysign(g);
+            let peak = henyey_greenstein(g, Vec3::Z, axis);
+            let beside = henyey_greenstein(g, Vec3::Z, axis + 1e-4 * Vec3::X);
+            assert!((beside / peak / 0.5f32.powf(1.5) - 1.0).abs() < 2e-3, "{}", beside / peak);
+        }
+    }
+
     /// The integral over the sphere is 1 and the mean cosine is g, by the midpoint rule in the cosine.
     #[test]
     fn henyey_greenstein_is_normalised_with_mean_cosine_g() {

@@ -10,7 +10,7 @@ use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
 /// Beyond this optical depth (transmittance 1e-9) a view beam shows nothing that a pixel could hold.
-const OPAQUE_DEPTH: f32 = 20.7;
+pub const OPAQUE_DEPTH: f32 = 20.7;
 /// A beam that meets nothing ends this many scene diagonals away, if it is not opaque before.
 const FAR_DIAGONALS: f32 = 1e4;
 /// Segments after which a ray path that never ends is given up (and counted).

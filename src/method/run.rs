@@ -7,7 +7,7 @@ use crate::film::{add_bias, add_jitter, FilmSums};
 use crate::markov::FamilyReport;
 use crate::scene::{Scene, SceneResult};
 use crate::transport::deposits::PixelSums;
-use crate::transport::footprint::automatic_radii;
+use crate::transport::footprint::{automatic_radii, resolvable_radii};
 use crate::transport::gather::{Particles, Target};
 use crate::transport::pairs::Pairs;
 use crate::transport::photon::PerFamily;
@@ -158,8 +158,10 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let start = Instant::now();
         let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
         let receivers = trace(scene, parameters, 0, prepare, &mut counters, &mut seconds)?;
-        let initial_radii = first_radii(scene, parameters, receivers.as_ref())?;
+        let first_radii = first_radii(scene, parameters, receivers.as_ref())?;
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
+        let radii = RadiusSequence::new(first_radii, alpha, schedule, kernels)
+            .not_below(resolvable_radii(receivers.as_ref()));
         Ok(Run {
             scene,
             parameters,
@@ -168,8 +170,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             prepare,
             passes: 0,
             passes_of_jitter: 0,
-            initial_radii,
-            radii: RadiusSequence::new(initial_radii, alpha, schedule, kernels),
+            initial_radii: radii.current(),
+            radii,
             sums: PixelSums::new(receivers.as_ref().film.len()),
             receivers,
             film: FilmSums::new(scene.description()),

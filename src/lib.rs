@@ -12,7 +12,7 @@
 //! ```
 //!
 //! `report` (errors, curves, plots) stands alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← tree ←
-//! transport ← film ← method ← host`. Symbols and equations: `docs/EQUATIONS.md`.
+//! transport ← film ← method ← host ← selftest`. Symbols and equations: `docs/EQUATIONS.md`.
 
 pub mod analytic;
 pub mod density;
@@ -24,5 +24,6 @@ pub mod medium;
 pub mod method;
 pub mod report;
 pub mod scene;
+pub mod selftest;
 pub mod transport;
 pub mod tree;

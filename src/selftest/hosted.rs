@@ -56,6 +56,11 @@ pub const CASES: &[Case] = &[
         run: zero_grid,
     },
     Case {
+        name: "negative_voxel",
+        claim: "white smoke with a negative voxel, which counts as none, is 1 under a sky of radiance 1",
+        run: negative_voxel,
+    },
+    Case {
         name: "huge_voxel",
         claim: "one voxel of optical depth 25 in an empty grid reflects as a half-space does",
         run: huge_voxel,
@@ -252,6 +257,17 @@ fn zero_grid(trial: &mut Trial) -> Result<(), SelftestError> {
     let scene = trial.bench.load(GRID, &[])?;
     let lent = scene.lend(0)?;
     trial.film_by(&Method::ALL, "", lent.scene(), &one_pass(1000, 0.02), Expected::grey(1.0))
+}
+
+fn negative_voxel(trial: &mut Trial) -> Result<(), SelftestError> {
+    let mut values = [1.0f32; 64];
+    values[(2 * 4 + 2) * 4 + 2] = -1.0;
+    trial.bench.write("grid.vol", grid(&values))?;
+    let scene = trial.bench.load(GRID, &[("albedo", "1".to_owned())])?;
+    let lent = scene.lend(0)?;
+    let methods = [Method::Ppt, Method::Ppbt];
+    let expected = Expected::grey(1.0).noticing(0.15);
+    trial.film_by(&methods, "", lent.scene(), &one_pass(16_000, 0.05), expected)
 }
 
 /// The voxel at x, y, z in [0, 1/4] x [0, 1/4] x [1/4, 1/2]: its upper face is the box's. The window and the kernel keep to the

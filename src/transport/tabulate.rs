@@ -68,7 +68,7 @@ fn measure(
         let depth_of = |step: usize| {
             let start = first + step * SAMPLES_PER_STEP;
             (start..start + SAMPLES_PER_STEP)
-                .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point) * scale)
+                .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point).not_negative() * scale)
         };
         plan.depths = (0..plan.steps).map(depth_of).collect();
         first += plan.steps * SAMPLES_PER_STEP;

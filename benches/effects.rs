@@ -60,7 +60,9 @@ fn measure(loaded: &LoadedScene, forced: Effects) -> Vec<[f64; 2]> {
     };
     let (plain, forced) = (parameters(Effects::NONE), parameters(forced));
     let mut renders = [&plain, &forced].map(|p| method::begin(lent.scene(), p).expect("it begins"));
-    renders.iter_mut().for_each(|render| drop(pass(render)));
+    for render in &mut renders {
+        pass(render);
+    }
     (0..TURNS).map(|_| [pass(&mut renders[0]), pass(&mut renders[1])]).collect()
 }
 

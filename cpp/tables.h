@@ -322,7 +322,8 @@ private:
             m_emitters.push_back({ keep_name(*emitter), emitter->shape() || is_environment, is_environment });
             const Medium *medium = medium_around(emitter.get());
             bool infinite = has_flag(emitter->flags(), EmitterFlags::Infinite);
-            bool shines = !(infinite && medium && medium->is_homogeneous());
+            bool shines =
+                !(infinite && medium && medium->is_homogeneous() && extinguishes(medium));
             if (!shines)
                 m_warnings.push_back(tfm::format(
                     "the emitter \"%s\" is infinitely far away inside the unbounded medium \"%s\", which "
@@ -344,6 +345,12 @@ private:
             m_emitter_lit = dr::load<UInt32>(lit.data(), bound);
             dr::eval(m_emitter_media_dr, m_emitter_lit);
         }
+    }
+
+    // Whether a homogeneous medium takes anything away; one without extinction is as good as none.
+    static bool extinguishes(const Medium *medium) {
+        auto sigma_t = medium->get_majorant(somewhere(), true);
+        return plain(Mask(dr::max(sigma_t) > 0.f));
     }
 
     // What the scene says of the emitter's surroundings or, where it says nothing, what a straight way

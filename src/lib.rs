@@ -13,7 +13,7 @@
 //! ```
 //!
 //! `report` (errors, curves, plots) stands alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← {plan, tree} ←
-//! transport ← film ← method ← host`. Symbols and equations: `docs/EQUATIONS.md`.
+//! transport ← film ← method ← host ← selftest`. Symbols and equations: `docs/EQUATIONS.md`.
 
 pub mod analytic;
 pub mod density;
@@ -27,5 +27,6 @@ pub mod method;
 pub mod plan;
 pub mod report;
 pub mod scene;
+pub mod selftest;
 pub mod transport;
 pub mod tree;

@@ -13,6 +13,8 @@ pub enum Lamp {
     Point { position: DVec3, intensity: Rgb, medium: u32 },
     /// The same radiance [W/(m² sr)] from everywhere outside, which is vacuum.
     Sky { radiance: Rgb },
+    /// Parallel light from outside, which travels along a unit vector; irradiance [W/m²] normal to it.
+    Sun { direction: DVec3, irradiance: Rgb },
 }
 
 impl Lamp {
@@ -20,7 +22,7 @@ impl Lamp {
     pub(super) fn sky_radiance(&self) -> Rgb {
         match *self {
             Lamp::Sky { radiance } => radiance,
-            Lamp::Point { .. } => Rgb::ZERO,
+            Lamp::Point { .. } | Lamp::Sun { .. } => Rgb::ZERO,
         }
     }
 }
@@ -37,6 +39,14 @@ pub(super) enum Emitter {
 pub(super) struct BoundingSphere {
     pub center: DVec3,
     pub radius: f64,
+}
+
+impl BoundingSphere {
+    /// A point on the disk before the sphere, through which light of this direction comes in; `u` is a
+    /// pair of uniform numbers.
+    fn outside(&self, direction: DVec3, u: [f64; 2]) -> DVec3 {
+        self.center + self.radius * (warp::disk(direction, u) - 1.001 * direction)
+    }
 }
 
 /// Where an emitted walk starts, and its flux [W] over the density of its sampling.
@@ -69,12 +79,17 @@ impl Emitter {
             }
             Emitter::Lamp(Lamp::Sky { radiance }) => {
                 let direction = warp::sphere(direction);
-                let offset = warp::disk(direction, position) - 1.001 * direction;
-                let origin = bounds.center + bounds.radius * offset;
+                let origin = bounds.outside(direction, position);
                 // Radiance over the densities 1/(4 pi) of directions and 1/(pi r²) of the disk.
                 let measure = warp::FULL_SPHERE * PI * bounds.radius * bounds.radius;
                 let ray = Ray { origin, direction, medium: VACUUM };
                 Emission { ray, flux: radiance * measure as f32 }
+            }
+            Emitter::Lamp(Lamp::Sun { direction, irradiance }) => {
+                let origin = bounds.outside(direction, position);
+                let area = PI * bounds.radius * bounds.radius;
+                let ray = Ray { origin, direction, medium: VACUUM };
+                Emission { ray, flux: irradiance * area as f32 }
             }
             Emitter::Surface(surface) => {
                 let origin = surface.shape.sample(position);

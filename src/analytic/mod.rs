@@ -5,8 +5,8 @@
 //! radiance that was worked out on paper, the engine is wrong, and where the engine agrees here but
 //! not in Mitsuba, the host is. `tests/analytic.rs` is that comparison.
 //!
-//! Lengths are meant to be of the order of 1: rays start [`CLEARANCE`] away from where they were
-//! scattered. Inside, everything is `f64`; only the seam is `f32`.
+//! Inside, everything is `f64`; only the seam is `f32`. Lengths may have any scale: how close a ray sees
+//! its own surface goes by the size of its coordinates ([`CLEARANCE`]).
 
 mod camera;
 mod dielectric;

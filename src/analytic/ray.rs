@@ -1,7 +1,8 @@
 use glam::DVec3;
 
-/// Distance [length] below which a ray does not see the surface that it starts on.
-pub const CLEARANCE: f64 = 1e-5;
+/// Distance below which a ray does not see the surface that it starts on, over the size of the coordinates
+/// that its intersection is computed from: some thousand roundings of an `f64`.
+pub const CLEARANCE: f64 = 1e-12;
 
 /// A half-line in a medium.
 #[derive(Debug, Clone, Copy)]

@@ -14,8 +14,9 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Distance to the first crossing farther than [`CLEARANCE`].
+    /// Distance to the first crossing beyond the [`CLEARANCE`].
     pub(super) fn intersect(&self, ray: &Ray) -> Option<f64> {
+        let clearance = CLEARANCE * self.largest_coordinate();
         match *self {
             Shape::Sphere { center, radius, .. } => {
                 let to_origin = ray.origin - center;
@@ -23,14 +24,24 @@ impl Shape {
                 // The distance of the line from the center, without cancellation.
                 let miss = to_origin - b * ray.direction;
                 let half_chord = (radius * radius - miss.length_squared()).sqrt();
-                [-b - half_chord, -b + half_chord].into_iter().find(|&t| t > CLEARANCE)
+                [-b - half_chord, -b + half_chord].into_iter().find(|&t| t > clearance)
             }
             Shape::Rectangle { center, half_u, half_v } => {
                 let normal = half_u.cross(half_v);
                 let distance = (center - ray.origin).dot(normal) / ray.direction.dot(normal);
                 let offset = ray.at(distance) - center;
                 let inside = |half: DVec3| offset.dot(half).abs() <= half.length_squared();
-                (distance > CLEARANCE && inside(half_u) && inside(half_v)).then_some(distance)
+                (distance > clearance && inside(half_u) && inside(half_v)).then_some(distance)
+            }
+        }
+    }
+
+    /// The largest distance from the origin that a point of the surface may have along an axis.
+    fn largest_coordinate(&self) -> f64 {
+        match *self {
+            Shape::Sphere { center, radius, .. } => center.abs().max_element() + radius,
+            Shape::Rectangle { center, half_u, half_v } => {
+                (center.abs() + half_u.abs() + half_v.abs()).max_element()
             }
         }
     }

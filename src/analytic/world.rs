@@ -236,8 +236,9 @@ impl Scene for World {
     fn eval_phase(&self, pairs: &PhasePairs, out: &mut Planes) -> SceneResult<()> {
         out.resize(pairs.medium.len());
         for (lane, &medium) in pairs.medium.iter().enumerate() {
-            let travel = pairs.photon_direction.get(lane).as_dvec3();
-            let cosine = -travel.dot(pairs.view_direction.get(lane).as_dvec3());
+            // Of unit length in f64: narrow lobes see the rounding of an f32.
+            let travel = pairs.photon_direction.get(lane).as_dvec3().normalize();
+            let cosine = -travel.dot(pairs.view_direction.get(lane).as_dvec3().normalize());
             let value = self.fog(medium).map_or(0.0, |fog| phase::eval(fog.phase, cosine));
             out.set_rgb(lane, Rgb::splat(value as f32));
         }

@@ -20,6 +20,7 @@ pub enum Command {
     Inspect(InspectArguments),
     Compare(CompareArguments),
     Reproduce(ReproduceArguments),
+    Selftest(SelftestArguments),
     PluginDir(PluginDirArguments),
     /// Started by `compare`: one contestant in a process of its own.
     #[command(name = "contestant", hide = true)]
@@ -233,6 +234,33 @@ pub struct ReproduceArguments {
     #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
     /// Print warnings and errors alone
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Render extreme scenes whose answer is known, and print how far the program is off.
+///
+/// Every line is a case and its worst reading; z is how far it is off in standard errors of its noise. The exit code is
+/// 1 if a case failed.
+#[derive(Debug, Args)]
+pub struct SelftestArguments {
+    /// Cases to run [default: all]
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Print the cases and what they assert, and run nothing
+    #[arg(long)]
+    pub list: bool,
+    /// Write every reading to this file (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    #[arg(long, value_name = "V")]
+    pub variant: Option<String>,
+    /// Threads [default: one for each core]
+    #[arg(long, value_name = "T", allow_negative_numbers = true,
+          value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
+    pub threads: Option<usize>,
+    /// Print what failed alone
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -8,7 +8,8 @@
 //! | 130 | aborted by Ctrl-C: a second one, or one before the first pass was done |
 //!
 //! Everything that the program has to say goes to stderr, except for results: the line that sums a
-//! render up, what a scene calls for, the table of a comparison, what it says of the paper's claims, and the folder of `plugin-dir`.
+//! render up, what a scene calls for, the table of a comparison, what it says of the paper's claims, the table of the
+//! self-test, and the folder of `plugin-dir`.
 
 mod arguments;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod plugin_dir;
 mod progress;
 mod reproduce;
 mod run;
+mod selftest;
 mod statistics;
 mod target;
 mod text;
@@ -36,6 +38,7 @@ use failure::Failure;
 use inspect::InspectJob;
 use job::RenderJob;
 use reproduce::ReproduceJob;
+use selftest::SelftestJob;
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -72,6 +75,10 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         Command::Reproduce(arguments) => {
             let job = ReproduceJob::new(arguments).map_err(Failure::bad_input)?;
             reproduce::run(&job)
+        }
+        Command::Selftest(arguments) => {
+            let job = SelftestJob::new(arguments).map_err(Failure::bad_input)?;
+            selftest::run(&job)
         }
         Command::Contestant => compare::serve(),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),

@@ -57,6 +57,7 @@ pub struct RadiusSequence {
     schedule: Schedule,
     kernels: KernelDimensions,
     initial: Radii,
+    least: Radii,
     /// Product of `(k + alpha) / (k + 1)` over the passes `k` so far.
     shrink: f64,
     pass: u64,
@@ -65,7 +66,13 @@ pub struct RadiusSequence {
 impl RadiusSequence {
     pub fn new(initial: Radii, alpha: f32, schedule: Schedule, kernels: KernelDimensions) -> Self {
         let alpha = f64::from(alpha);
-        RadiusSequence { alpha, schedule, kernels, initial, shrink: 1.0, pass: 0 }
+        let least = Radii { surface: 0.0, medium: 0.0 };
+        RadiusSequence { alpha, schedule, kernels, initial, least, shrink: 1.0, pass: 0 }
+    }
+
+    /// Radii stay at `least` once they have shrunk to it, but for those that are 0 from the beginning.
+    pub fn not_below(self, least: Radii) -> Self {
+        RadiusSequence { least, ..self }
     }
 
     /// Radii of the pass that is next.
@@ -74,12 +81,17 @@ impl RadiusSequence {
             Schedule::Paper => (2, 3),
             Schedule::Matched => (self.kernels.surface, self.kernels.medium),
         };
-        let shrunk = |initial: f32, root: u32| {
-            (f64::from(initial) * self.shrink.powf(1.0 / f64::from(root))) as f32
+        let shrunk = |initial: f32, least: f32, root: u32| {
+            let radius = (f64::from(initial) * self.shrink.powf(1.0 / f64::from(root))) as f32;
+            if initial > 0.0 {
+                radius.max(least)
+            } else {
+                radius
+            }
         };
         Radii {
-            surface: shrunk(self.initial.surface, surface),
-            medium: shrunk(self.initial.medium, medium),
+            surface: shrunk(self.initial.surface, self.least.surface, surface),
+            medium: shrunk(self.initial.medium, self.least.medium, medium),
         }
     }
 
@@ -89,5 +101,22 @@ impl RadiusSequence {
         self.pass += 1;
         let n = self.pass as f64;
         self.shrink *= (n + self.alpha) / (n + 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn radii_stop_at_the_least_and_those_of_0_stay() {
+        let initial = Radii { surface: 1.0, medium: 0.0 };
+        let least = Radii { surface: 0.9, medium: 0.9 };
+        let mut radii =
+            RadiusSequence::new(initial, 0.7, Schedule::Matched, KernelDimensions::POINTS)
+                .not_below(least);
+        assert_eq!(radii.current(), initial);
+        (0..10).for_each(|_| radii.advance());
+        assert_eq!(radii.current(), Radii { surface: 0.9, medium: 0.0 });
     }
 }

@@ -30,6 +30,11 @@ impl Rgb {
         self.map(|tau| (-tau).exp())
     }
 
+    /// 0 in place of what is below it. What is no number stays so.
+    pub fn not_negative(self) -> Self {
+        self.map(|value| if value < 0.0 { 0.0 } else { value })
+    }
+
     pub fn max_component(self) -> f32 {
         self.r.max(self.g).max(self.b)
     }

@@ -3,4 +3,4 @@
 pub mod phase;
 mod transmittance;
 
-pub use transmittance::{transmittance, TransmittanceTables, NO_TABLE};
+pub use transmittance::{transmittance, TableStep, TransmittanceTables, NO_TABLE};

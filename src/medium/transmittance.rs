@@ -15,6 +15,18 @@ pub struct TransmittanceTables {
     tables: Vec<Table>,
     /// Optical depth from the start of the table to each knot, first knot (0) included.
     depths: Vec<Rgb>,
+    /// By knot, the table that divides the step behind it further, or [`NO_TABLE`].
+    finer: Vec<u32>,
+}
+
+/// A step of a table.
+#[derive(Debug, Clone, Copy)]
+pub struct TableStep {
+    /// Optical depth of the step.
+    pub depth: Rgb,
+    /// A table over this very step, or [`NO_TABLE`]: within a step the depth is a straight line, which is not
+    /// good enough where much is absorbed.
+    pub finer: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -27,33 +39,49 @@ struct Table {
 }
 
 impl TransmittanceTables {
-    /// Adds a table over `[start, start + steps * spacing]` from the optical depth of each step.
-    /// Outside that range nothing absorbs.
-    pub fn push(&mut self, start: f32, spacing: f32, depth_of_steps: &[Rgb]) -> u32 {
+    /// Adds a table over `[start, start + steps * spacing]`. Outside that range nothing absorbs.
+    pub fn push(&mut self, start: f32, spacing: f32, steps: &[TableStep]) -> u32 {
         let index = self.tables.len() as u32;
         self.tables.push(Table {
             first: self.depths.len() as u32,
-            steps: depth_of_steps.len() as u32,
+            steps: steps.len() as u32,
             start,
             spacing,
         });
         let mut depth = Rgb::ZERO;
         self.depths.push(depth);
-        for &step in depth_of_steps {
-            depth += step;
+        for step in steps {
+            depth += step.depth;
             self.depths.push(depth);
+            self.finer.push(step.finer);
         }
+        self.finer.push(NO_TABLE);
         index
     }
 
     /// Transmittance from the start of the beam to distance `t` along it.
-    pub fn transmittance(&self, table: u32, t: f32) -> Rgb {
-        let Table { first, steps, start, spacing } = self.tables[table as usize];
-        let knots = &self.depths[first as usize..=(first + steps) as usize];
-        let x = ((t - start) / spacing).clamp(0.0, steps as f32);
-        let knot = (x as usize).min(steps as usize - 1);
-        let (a, b) = (knots[knot], knots[knot + 1]);
-        (a + (b - a) * (x - knot as f32)).attenuation()
+    pub fn transmittance(&self, mut table: u32, t: f32) -> Rgb {
+        let mut depth = Rgb::ZERO;
+        loop {
+            let Table { first, steps, start, spacing } = self.tables[table as usize];
+            let knots = &self.depths[first as usize..=(first + steps) as usize];
+            let x = ((t - start) / spacing).clamp(0.0, steps as f32);
+            let knot = (x as usize).min(steps as usize - 1);
+            let (a, b) = (knots[knot], knots[knot + 1]);
+            match self.finer[first as usize + knot] {
+                NO_TABLE => return (depth + a + (b - a) * (x - knot as f32)).attenuation(),
+                finer => {
+                    depth += a;
+                    table = finer;
+                }
+            }
+        }
+    }
+
+    /// Optical depth of a whole table.
+    pub fn depth(&self, table: u32) -> Rgb {
+        let Table { first, steps, .. } = self.tables[table as usize];
+        self.depths[(first + steps) as usize]
     }
 
     /// Distance along the beam at which the table ends: nothing is behind it.
@@ -65,21 +93,32 @@ impl TransmittanceTables {
     /// Distance along the beam behind which every channel that is attenuated at all is behind this optical
     /// depth, or at which the table ends.
     pub fn visible_end(&self, table: u32, opaque_depth: f32) -> f32 {
-        let Table { first, steps, start, spacing } = self.tables[table as usize];
-        let knots = &self.depths[first as usize..=(first + steps) as usize];
-        let Rgb { r, g, b } = knots[steps as usize];
-        let attenuates = [r > 0.0, g > 0.0, b > 0.0];
-        let least = |depth: &Rgb| {
-            let channels = [depth.r, depth.g, depth.b].into_iter().zip(attenuates);
+        let Rgb { r, g, b } = self.depth(table);
+        let attenuated = [r > 0.0, g > 0.0, b > 0.0];
+        let least = |depth: Rgb| {
+            let channels = [depth.r, depth.g, depth.b].into_iter().zip(attenuated);
             channels.filter(|(_, counts)| *counts).map(|(d, _)| d).fold(f32::INFINITY, f32::min)
         };
-        match knots.iter().position(|depth| least(depth) >= opaque_depth) {
-            Some(knot) if knot > 0 => {
-                let (before, behind) = (least(&knots[knot - 1]), least(&knots[knot]));
-                let share = ((opaque_depth - before) / (behind - before)).clamp(0.0, 1.0);
-                start + ((knot - 1) as f32 + share) * spacing
+        let (mut table, mut ahead) = (table, Rgb::ZERO);
+        loop {
+            let Table { first, steps, start, spacing } = self.tables[table as usize];
+            let knots = &self.depths[first as usize..=(first + steps) as usize];
+            let behind = |knot: usize| least(ahead + knots[knot]);
+            let Some(end) = (1..knots.len()).find(|&knot| behind(knot) >= opaque_depth) else {
+                return self.end(table);
+            };
+            match self.finer[first as usize + end - 1] {
+                NO_TABLE => {
+                    let (a, b) = (behind(end - 1), behind(end));
+                    let share = ((opaque_depth - a) / (b - a)).clamp(0.0, 1.0);
+                    let share = if share.is_nan() { 1.0 } else { share };
+                    return start + ((end - 1) as f32 + share) * spacing;
+                }
+                finer => {
+                    ahead += knots[end - 1];
+                    table = finer;
+                }
             }
-            Some(_) | None => self.end(table),
         }
     }
 
@@ -89,6 +128,8 @@ impl TransmittanceTables {
         self.tables
             .extend(other.tables.iter().map(|t| Table { first: t.first + depth_offset, ..*t }));
         self.depths.extend(other.depths);
+        let moved = |finer| if finer == NO_TABLE { NO_TABLE } else { finer + offset };
+        self.finer.extend(other.finer.into_iter().map(moved));
         offset
     }
 }
@@ -102,11 +143,36 @@ mod tests {
     #[test]
     fn what_is_visible_ends_with_the_last_channel_that_is_attenuated() {
         let mut tables = TransmittanceTables::default();
-        let red = tables.push(1.0, 2.0, &[Rgb::new(2.0, 0.0, 0.0), Rgb::new(2.0, 0.0, 0.0)]);
-        let blue = tables.push(1.0, 2.0, &[Rgb::new(9.0, 0.0, 1.0), Rgb::new(9.0, 0.0, 1.0)]);
-        let clear = tables.push(1.0, 2.0, &[Rgb::ZERO, Rgb::ZERO]);
+        let step = |r: f32, b: f32| TableStep { depth: Rgb::new(r, 0.0, b), finer: NO_TABLE };
+        let red = tables.push(1.0, 2.0, &[step(2.0, 0.0), step(2.0, 0.0)]);
+        let blue = tables.push(1.0, 2.0, &[step(9.0, 1.0), step(9.0, 1.0)]);
+        let clear = tables.push(1.0, 2.0, &[step(0.0, 0.0), step(0.0, 0.0)]);
         assert_eq!(tables.visible_end(red, 3.0), 4.0);
         assert_eq!(tables.visible_end(blue, 3.0), 5.0);
         assert_eq!(tables.visible_end(clear, 3.0), 5.0);
+        // The depth of 4 lies in the second half of the second step: 3 is reached at 3/4 of it.
+        let finer = tables.push(3.0, 1.0, &[step(0.0, 0.0), step(4.0, 0.0)]);
+        let coarse = TableStep { finer, ..step(4.0, 0.0) };
+        let steep = tables.push(1.0, 2.0, &[step(1.0, 0.0), coarse]);
+        assert_eq!(tables.visible_end(steep, 3.0), 4.5);
+    }
+
+    /// Nothing over the first half of a step, 8 over the rest of it; then 1 over another step.
+    #[test]
+    fn finer_tables_shape_the_step_that_they_divide() {
+        let step = |depth: f32, finer: u32| TableStep { depth: Rgb::splat(depth), finer };
+        let mut other = TransmittanceTables::default();
+        other.push(0.0, 1.0, &[step(3.0, NO_TABLE)]);
+        let mut tables = TransmittanceTables::default();
+        let finer = tables.push(5.0, 1.0, &[step(0.0, NO_TABLE), step(8.0, NO_TABLE)]);
+        let root = tables.push(5.0, 2.0, &[step(8.0, finer), step(1.0, NO_TABLE)]);
+        let moved = root + other.append(tables);
+        let depth = |t: f32| -other.transmittance(moved, t).g.ln();
+        for (t, expected) in
+            [(4.0, 0.0), (6.0, 0.0), (6.5, 4.0), (7.0, 8.0), (8.0, 8.5), (20.0, 9.0)]
+        {
+            assert!((depth(t) - expected).abs() < 1e-3, "{} at {t}", depth(t));
+        }
+        assert_eq!(other.depth(moved), Rgb::splat(9.0));
     }
 }

@@ -9,7 +9,7 @@ use crate::markov::FamilyReport;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneResult};
 use crate::transport::deposits::PixelSums;
-use crate::transport::footprint::automatic_radii;
+use crate::transport::footprint::{automatic_radii, resolvable_radii};
 use crate::transport::gather::{Particles, Target};
 use crate::transport::pairs::Pairs;
 use crate::transport::photon::PerFamily;
@@ -166,8 +166,10 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let plan = parameters.plan(scene.description());
         let ground = Ground { scene, parameters, plan: &plan };
         let receivers = ground.trace(0, prepare, &mut counters, &mut seconds)?;
-        let initial_radii = first_radii(scene, parameters, receivers.as_ref())?;
+        let first_radii = first_radii(scene, parameters, receivers.as_ref())?;
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
+        let radii = RadiusSequence::new(first_radii, alpha, schedule, kernels)
+            .not_below(resolvable_radii(receivers.as_ref()));
         Ok(Run {
             scene,
             parameters,
@@ -177,8 +179,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             prepare,
             passes: 0,
             passes_of_jitter: 0,
-            initial_radii,
-            radii: RadiusSequence::new(initial_radii, alpha, schedule, kernels),
+            initial_radii: radii.current(),
+            radii,
             sums: PixelSums::new(receivers.as_ref().film.len()),
             receivers,
             film: FilmSums::new(scene.description()),

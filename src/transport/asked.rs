@@ -105,6 +105,10 @@ impl Asked {
         };
         let mut values = Planes::default();
         scene.scattering(&points, &mut values)?;
+        // Walks do not collide where a grid is negative, so nothing scatters there either.
+        for lane in 0..values.lanes() {
+            values.set_rgb(lane, values.rgb(lane).not_negative());
+        }
         weigh(asked.iter_mut().map(|(_, pending)| pending), &values);
         Ok(())
     }

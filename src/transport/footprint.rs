@@ -2,7 +2,7 @@
 
 use crate::density::radius::Radii;
 use crate::scene::*;
-use crate::transport::view::ViewPaths;
+use crate::transport::view::{BeamRecord, ViewPaths};
 
 /// Pairs of neighbouring pixels that are probed.
 const PROBES: usize = 256;
@@ -10,6 +10,8 @@ const PROBES: usize = 256;
 /// media, where photons are sparser.
 const SURFACE_PIXELS: f32 = 3.5;
 const MEDIUM_PIXELS: f32 = 5.0;
+/// Radius in roundings of a coordinate at which a disk holds as many lattice points as its area says, within 2 %.
+const RESOLVED_ROUNDINGS: f32 = 8.0;
 /// What a radius falls back on where the camera sees no receiver: this share of the scene's diagonal.
 const FALLBACK_SHARE: f32 = 1e-3;
 
@@ -38,6 +40,21 @@ pub fn automatic_radii(scene: &dyn Scene, paths: &ViewPaths) -> SceneResult<Radi
         surface: radius(&paths.point_distances, SURFACE_PIXELS),
         medium: radius(&paths.beam_distances, MEDIUM_PIXELS),
     })
+}
+
+/// The smallest radii within which half of the receivers tell places apart. Coordinates are multiples of a
+/// rounding, on which photons and receivers coincide: a narrower kernel counts lattice points instead of an
+/// area, and the picture becomes brighter without bound as it shrinks.
+pub fn resolvable_radii(paths: &ViewPaths) -> Radii {
+    let rounding = |place: glam::Vec3| f32::EPSILON * place.abs().max_element();
+    let of_beam = |beam: &BeamRecord| {
+        let end = beam.segment.at(beam.segment.length);
+        rounding(beam.segment.origin).min(rounding(end))
+    };
+    let of_points: Vec<f32> = paths.points.iter().map(|point| rounding(point.position)).collect();
+    let of_beams: Vec<f32> = paths.beams.iter().map(of_beam).collect();
+    let radius = |roundings: &[f32]| RESOLVED_ROUNDINGS * median(roundings).unwrap_or(0.0);
+    Radii { surface: radius(&of_points), medium: radius(&of_beams) }
 }
 
 /// Traces rays through pairs of neighbouring pixels, the lens sampled at its centre.

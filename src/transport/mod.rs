@@ -3,6 +3,7 @@
 pub mod asked;
 pub mod counters;
 pub mod deposits;
+pub mod extent;
 pub mod footprint;
 pub mod gather;
 pub mod numbers;

@@ -137,7 +137,7 @@ impl<'a> Pairs<'a> {
         out: &mut Gathered<S>,
     ) {
         let view = beam.segment.direction;
-        let phase = self.phase(beam.medium, -photon.dot(view));
+        let phase = self.phase(beam.medium, photon, -view);
         let directional = self.media[beam.medium as usize].phase != Phase::Isotropic;
         out.counters.directional_pairs += u64::from(directional);
         pending.weighted = pending.weighted * sigma_s.unwrap_or(Rgb::ONE) * phase.unwrap_or(1.0);
@@ -147,11 +147,11 @@ impl<'a> Pairs<'a> {
         out.keep_or_ask(pair, pending);
     }
 
-    /// None where the scene has to be asked.
-    fn phase(&self, medium: u32, cosine: f32) -> Option<f32> {
+    /// Between directions of travel; None where the scene has to be asked.
+    fn phase(&self, medium: u32, before: Vec3, after: Vec3) -> Option<f32> {
         match self.media[medium as usize].phase {
             Phase::Isotropic => Some(phase::ISOTROPIC),
-            Phase::HenyeyGreenstein { g } => Some(phase::henyey_greenstein(g, cosine)),
+            Phase::HenyeyGreenstein { g } => Some(phase::henyey_greenstein(g, before, after)),
             Phase::Opaque => None,
         }
     }

@@ -1,7 +1,7 @@
 //! Photon beams: the ways of photons through media, from one vertex to the next. [Jarosz 2011]
 
-use super::tabulate::{far, tabulate, Crossing};
-use super::view::visible_length;
+use super::extent::{far, visible_length};
+use super::tabulate::{tabulate, Crossing};
 use crate::math::{Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::scene::*;

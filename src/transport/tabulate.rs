@@ -1,7 +1,8 @@
 //! Transmittance tables along segments that cross varying media. [Collin 2013 §5.3]
 
-use crate::math::{Aabb, Rgb, Segment};
-use crate::medium::{TransmittanceTables, NO_TABLE};
+use super::extent::{far, OPAQUE_DEPTH};
+use crate::math::{Rgb, Segment};
+use crate::medium::{TableStep, TransmittanceTables, NO_TABLE};
 use crate::scene::*;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -9,8 +10,10 @@ use rand_pcg::Pcg64Mcg;
 /// Transmittance tables: points per step, and steps per beam at most.
 const SAMPLES_PER_STEP: usize = 2;
 const MAX_STEPS: usize = 512;
-/// A segment that meets nothing in an unbounded medium is followed for this many scene diagonals.
-const FAR_DIAGONALS: f32 = 1e4;
+/// A step of more optical depth than this is divided into so many, so many times at most.
+const STEEP_DEPTH: f32 = 0.25;
+const STEPS_WITHIN_STEP: usize = 8;
+const MOST_LEVELS: u32 = 6;
 
 /// A way through a medium.
 #[derive(Debug, Clone, Copy)]
@@ -18,15 +21,6 @@ pub struct Crossing {
     pub segment: Segment,
     /// Index of the medium; not [`VACUUM`].
     pub medium: u32,
-}
-
-/// Distance that no segment needs to go beyond where a scene has these bounds; infinite where it has none.
-pub fn far(bounds: &Aabb) -> f32 {
-    if bounds.is_empty() {
-        f32::INFINITY
-    } else {
-        FAR_DIAGONALS * bounds.diagonal().max(f32::MIN_POSITIVE)
-    }
 }
 
 /// Adds a table to `tables` for each crossing of a varying medium; returns its index by crossing,
@@ -40,34 +34,69 @@ pub fn tabulate(
 ) -> SceneResult<(Vec<u32>, u64)> {
     let mut indices = vec![NO_TABLE; crossings.len()];
     let far = far(&scene.description().bounds);
-    let plans: Vec<_> = (0..crossings.len())
+    let mut plans: Vec<_> = (0..crossings.len())
         .filter_map(|index| TablePlan::new(index, &crossings[index], media, far))
         .collect();
-    if plans.is_empty() {
-        return Ok((indices, 0));
+    let roots = plans.len();
+    let (mut measured, mut samples) = (0, 0);
+    while measured < plans.len() {
+        let newest = &mut plans[measured..];
+        samples += newest.iter().map(TablePlan::samples).sum::<usize>();
+        let finer = measure(scene, newest, crossings, rng)?;
+        let first = measured;
+        measured = plans.len();
+        for (plan, step, finer) in finer {
+            plans[first + plan].finer[step] = Some(plans.len());
+            plans.push(finer);
+        }
     }
+    for plan in 0..roots {
+        indices[plans[plan].crossing] = push(&plans, plan, tables);
+    }
+    Ok((indices, samples as u64))
+}
+
+/// Fills in the depths of plans, and returns which step of which of them takes a finer table.
+fn measure(
+    scene: &dyn Scene,
+    plans: &mut [TablePlan],
+    crossings: &[Crossing],
+    rng: &mut Pcg64Mcg,
+) -> SceneResult<Vec<(usize, usize, TablePlan)>> {
     let mut sigma_t = Planes::default();
-    let points = table_points(&plans, crossings, rng);
-    scene.extinction(&points, &mut sigma_t)?;
-    let mut first = 0;
-    for plan in &plans {
+    scene.extinction(&table_points(plans, crossings, rng), &mut sigma_t)?;
+    let (mut first, mut finer) = (0, Vec::new());
+    for (index, plan) in plans.iter_mut().enumerate() {
         let scale = plan.spacing / SAMPLES_PER_STEP as f32;
-        let depths: Vec<Rgb> = (0..plan.steps)
-            .map(|step| {
-                let start = first + step * SAMPLES_PER_STEP;
-                (start..start + SAMPLES_PER_STEP)
-                    .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point) * scale)
-            })
-            .collect();
+        let depth_of = |step: usize| {
+            let start = first + step * SAMPLES_PER_STEP;
+            (start..start + SAMPLES_PER_STEP)
+                .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point).not_negative() * scale)
+        };
+        plan.depths = (0..plan.steps).map(depth_of).collect();
         first += plan.steps * SAMPLES_PER_STEP;
-        indices[plan.crossing] = tables.push(plan.start, plan.spacing, &depths);
+        finer.extend(plan.divide().into_iter().map(|(step, finer)| (index, step, finer)));
     }
-    Ok((indices, points.medium.len() as u64))
+    Ok(finer)
+}
+
+/// Adds a plan's table behind those of its steps; returns its index.
+fn push(plans: &[TablePlan], plan: usize, tables: &mut TransmittanceTables) -> u32 {
+    let plan = &plans[plan];
+    let step = |(&depth, finer): (&Rgb, &Option<usize>)| match finer {
+        None => TableStep { depth, finer: NO_TABLE },
+        Some(finer) => {
+            let finer = push(plans, *finer, tables);
+            TableStep { depth: tables.depth(finer), finer }
+        }
+    };
+    let steps: Vec<_> = plan.depths.iter().zip(&plan.finer).map(step).collect();
+    tables.push(plan.start, plan.spacing, &steps)
 }
 
 /// Stratified points along each planned table: the sum over them is an unbiased optical depth.
 fn table_points(plans: &[TablePlan], crossings: &[Crossing], rng: &mut Pcg64Mcg) -> MediumPoints {
-    let total: usize = plans.iter().map(|plan| plan.steps * SAMPLES_PER_STEP).sum();
+    let total: usize = plans.iter().map(TablePlan::samples).sum();
     let mut points = MediumPoints::default();
     points.position.resize(total);
     points.direction.resize(total);
@@ -95,6 +124,12 @@ struct TablePlan {
     steps: usize,
     /// Whether the extinction changes along the crossing.
     varies: bool,
+    /// How often steps were divided on the way here, and the depth of what lies before.
+    level: u32,
+    ahead: Rgb,
+    /// Of every step: its depth, and the plan that divides it.
+    depths: Vec<Rgb>,
+    finer: Vec<Option<usize>>,
 }
 
 impl TablePlan {
@@ -110,7 +145,54 @@ impl TablePlan {
             return None;
         }
         let steps = ((extent / feature_size).ceil() as usize).clamp(1, MAX_STEPS);
-        let (spacing, varies) = (extent / steps as f32, feature_size.is_finite());
-        Some(TablePlan { crossing: index, start, spacing, steps, varies })
+        Some(TablePlan {
+            crossing: index,
+            start,
+            spacing: extent / steps as f32,
+            steps,
+            varies: feature_size.is_finite(),
+            level: 0,
+            ahead: Rgb::ZERO,
+            depths: Vec::new(),
+            finer: vec![None; steps],
+        })
+    }
+
+    /// Points at which extinction is asked for.
+    fn samples(&self) -> usize {
+        self.steps * SAMPLES_PER_STEP
+    }
+
+    /// Plans for the steps across which transmittance changes too much for a straight line: where dense smoke begins
+    /// within a step, all of the step's depth would lie before what is lit. Behind what is opaque nothing is seen.
+    fn divide(&self) -> Vec<(usize, TablePlan)> {
+        let (mut ahead, mut finer) = (self.ahead, Vec::new());
+        if !self.varies {
+            return finer;
+        }
+        for (step, &depth) in self.depths.iter().enumerate() {
+            if ahead.min_component() > OPAQUE_DEPTH || self.level == MOST_LEVELS {
+                break;
+            }
+            if depth.max_component() > STEEP_DEPTH {
+                finer.push((step, self.finer_plan(step, ahead)));
+            }
+            ahead += depth;
+        }
+        finer
+    }
+
+    fn finer_plan(&self, step: usize, ahead: Rgb) -> TablePlan {
+        TablePlan {
+            crossing: self.crossing,
+            start: self.start + step as f32 * self.spacing,
+            spacing: self.spacing / STEPS_WITHIN_STEP as f32,
+            steps: STEPS_WITHIN_STEP,
+            varies: true,
+            level: self.level + 1,
+            ahead,
+            depths: Vec::new(),
+            finer: vec![None; STEPS_WITHIN_STEP],
+        }
     }
 }

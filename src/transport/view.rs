@@ -3,19 +3,18 @@
 
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
-use crate::math::{Aabb, Rgb, Segment};
+use crate::math::{Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::plan::Plan;
 use crate::scene::*;
 use crate::transport::counters::Counters;
+use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
 use crate::transport::photon::PerFamily;
-use crate::transport::tabulate::{far, tabulate, Crossing};
+use crate::transport::tabulate::{tabulate, Crossing};
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// Beyond this optical depth (transmittance 1e-9) a view beam shows nothing that a pixel could hold.
-const OPAQUE_DEPTH: f32 = 20.7;
 /// Segments after which a ray path that never ends is given up (and counted).
 const MAX_SEGMENTS: usize = 4096;
 
@@ -477,12 +476,4 @@ impl<'a> Tracer<'a> {
             path.throughput = path.throughput / survival;
         }
     }
-}
-
-/// Length after which a beam in a constant medium shows nothing more: no channel that scatters is left.
-/// Fog without any surface has no diagonal to bound it.
-pub fn visible_length(sigma_t: Rgb, bounds: &Aabb) -> f32 {
-    let scattering = [sigma_t.r, sigma_t.g, sigma_t.b].into_iter().filter(|sigma| *sigma > 0.0);
-    let opaque = OPAQUE_DEPTH / scattering.fold(f32::INFINITY, f32::min);
-    opaque.min(far(bounds))
 }

@@ -1,0 +1,56 @@
+//! Answers that are worked out rather than rendered.
+
+/// Midpoint rule with as many steps.
+pub fn integrate(from: f64, to: f64, steps: usize, f: impl Fn(f64) -> f64) -> f64 {
+    let width = (to - from) / steps as f64;
+    (0..steps).map(|i| f(from + (i as f64 + 0.5) * width) * width).sum()
+}
+
+/// Chandrasekhar's H function at a cosine, for isotropic scattering.
+///
+/// `1/H(mu) = sqrt(1-albedo) + (albedo/2) int_0^1 mu' H(mu')/(mu+mu') dmu'`, iterated on the nodes of a
+/// midpoint rule. [Chandrasekhar 1960 §37]
+fn chandrasekhar_h(albedo: f64, cosine: f64) -> f64 {
+    const NODES: usize = 400;
+    let node = |i: usize| (i as f64 + 0.5) / NODES as f64;
+    let mut h = vec![1.0; NODES];
+    let next = |h: &[f64], mu: f64| {
+        let sum: f64 = (0..NODES).map(|j| node(j) * h[j] / (mu + node(j))).sum();
+        1.0 / ((1.0 - albedo).sqrt() + 0.5 * albedo * sum / NODES as f64)
+    };
+    for _ in 0..200 {
+        h = (0..NODES).map(|i| next(&h, node(i))).collect();
+    }
+    next(&h, cosine)
+}
+
+/// Radiance out of a half-space that scatters isotropically, under a sky of radiance 1:
+/// `1 - sqrt(1-albedo) H(cosine)`, whatever its extinction. [Chandrasekhar 1960 §38]
+pub fn half_space(albedo: f64, cosine: f64) -> f64 {
+    1.0 - (1.0 - albedo).sqrt() * chandrasekhar_h(albedo, cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// H(1) from Chandrasekhar's table XI, and limits: a black half-space is black, a white one white.
+    #[test]
+    fn half_space_agrees_with_tables_and_limits() {
+        assert!((chandrasekhar_h(1.0, 1.0) - 2.9078).abs() < 2e-3, "{}", chandrasekhar_h(1.0, 1.0));
+        assert!(half_space(0.0, 1.0).abs() < 1e-12);
+        assert!((half_space(1.0, 1.0) - 1.0).abs() < 1e-12);
+        // Single scattering: albedo/2 int_0^1 mu'/(1 + mu') dmu'.
+        let single = 0.5e-6 * (1.0 - 2f64.ln());
+        assert!(
+            (half_space(1e-6, 1.0) / single - 1.0).abs() < 1e-3,
+            "{}",
+            half_space(1e-6, 1.0) / single
+        );
+    }
+
+    #[test]
+    fn midpoint_rule_integrates() {
+        assert!((integrate(0.0, 2.0, 1000, |x| x * x) - 8.0 / 3.0).abs() < 1e-5);
+    }
+}

@@ -10,6 +10,7 @@
 //! - Optical depths are moderate: `volpath` drops paths whose majorant's transmittance underflows, and its
 //!   shadow rays end a little before the lamp.
 //! - No `bumpmap`, `normalmap`, `sggx` or smooth normals: see what was found of them in `docs/ARCHITECTURE.md`.
+//! - Lamps are hidden in scenes without media alone: within one, `volpath` shows the body of a hidden lamp.
 //! - Paths are bounded where extinction is coloured: `volpathmis`, which judges there, is dark where its
 //!   roulette begins. They are in a medium without end too, which no walk leaves.
 //! - An infinite lamp in a medium without end lights nothing.
@@ -63,6 +64,7 @@ impl Generator {
             camera,
         };
         self.light(&mut scene);
+        scene.hide_emitters &= scene.media().is_empty();
         let coloured = scene.media().iter().any(|medium| !medium.extinction.is_grey());
         if scene.max_depth.is_none() && (coloured || is_endless(&scene)) {
             scene.max_depth = Some(8);

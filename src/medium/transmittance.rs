@@ -95,6 +95,9 @@ impl TransmittanceTables {
     pub fn visible_end(&self, table: u32, opaque_depth: f32) -> f32 {
         let Rgb { r, g, b } = self.depth(table);
         let attenuated = [r > 0.0, g > 0.0, b > 0.0];
+        if attenuated == [false; 3] {
+            return self.end(table);
+        }
         let least = |depth: Rgb| {
             let channels = [depth.r, depth.g, depth.b].into_iter().zip(attenuated);
             channels.filter(|(_, counts)| *counts).map(|(d, _)| d).fold(f32::INFINITY, f32::min)
@@ -111,7 +114,6 @@ impl TransmittanceTables {
                 NO_TABLE => {
                     let (a, b) = (behind(end - 1), behind(end));
                     let share = ((opaque_depth - a) / (b - a)).clamp(0.0, 1.0);
-                    let share = if share.is_nan() { 1.0 } else { share };
                     return start + ((end - 1) as f32 + share) * spacing;
                 }
                 finer => {

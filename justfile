@@ -16,8 +16,9 @@ bless:
 agreement:
     cargo test --release --test agreement -- --ignored --nocapture
 
-# Random scenes against Mitsuba; VPT_FUZZ_SEED and VPT_FUZZ_SCENES say from which scene on and how many
+# Random scenes against Mitsuba (VPT_FUZZ_SEED and VPT_FUZZ_SCENES say from which scene on and how many), the C ABI, parameters
 fuzz:
+    PROPTEST_CASES=5000 cargo test --release --test fuzz_abi --test fuzz_parameters
     cargo test --release --test differential -- --ignored --nocapture
 
 # Metropolis chains where one walk in 100,000 is seen

@@ -120,8 +120,9 @@ impl<R: AsRef<ViewPaths>> Pass<'_, R> {
     /// Shoots the pass's photons and keeps them.
     pub fn store(&self, particles: Particles) -> SceneResult<(StoredPhotons, Counters)> {
         let Parameters { seed, photons, .. } = *self.parameters;
-        let wanted = self.receivers.as_ref().wanted(self.plan);
-        let storage = Storage { scene: self.scene, plan: self.plan, particles, wanted, seed };
+        let (paths, plan) = (self.receivers.as_ref(), self.plan);
+        let (wanted, cone) = (paths.wanted(plan), paths.beam_cone);
+        let storage = Storage { scene: self.scene, plan, particles, wanted, cone, seed };
         storage.shoot(self.number, photons)
     }
 

@@ -4,7 +4,7 @@ use super::counters::Counters;
 use super::deposits::Sink;
 use super::numbers::Numbers;
 use super::pairs::{Gathered, Pairs};
-use super::photon::{self, Event};
+use super::photon::{self, Event, MediumPhoton};
 use super::photon_beam::{BeamKind, PhotonBeams};
 use super::receivers::Receivers;
 use super::walks::Walks;
@@ -20,8 +20,9 @@ const VERTICES_PER_TASK: usize = 1024;
 const TASKS_PER_HANDOVER: usize = 8;
 
 /// What a photon is while it crosses a medium.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Particles {
+    #[default]
     Points,
     Beams(BeamKind),
 }
@@ -151,22 +152,39 @@ impl Query<'_> {
     }
 
     fn vertex<S: Sink>(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered<S>) {
-        let Target { receivers, particles, .. } = self.target;
         let paths = self.pairs.paths;
         match photon::event(v, lane, &mut out.counters.dropped_photons) {
-            Event::Medium(p) if self.wanted.medium && *particles == Particles::Points => {
-                out.counters.medium_photons += 1;
-                receivers.beam_tree.query(p.position, self.pairs.radii.medium, |index, t, d2| {
-                    self.pairs.point_on_beam(&p, &paths.beams[index as usize], t, d2, out);
-                });
-            }
+            Event::Medium(p) if self.wanted.medium => self.collision(&p, out),
             Event::Surface(p) if self.wanted.surface => {
                 out.counters.surface_photons += 1;
-                receivers.point_tree.query(p.position, self.pairs.radii.surface, |index, d2| {
-                    self.pairs.photon_on_point(&p, &paths.points[index as usize], d2, out);
-                });
+                self.target.receivers.point_tree.query(
+                    p.position,
+                    self.pairs.radii.surface,
+                    |index, d2| {
+                        self.pairs.photon_on_point(&p, &paths.points[index as usize], d2, out);
+                    },
+                );
             }
             _ => {}
         }
+    }
+
+    /// A photon point, or the end of a photon beam.
+    fn collision<S: Sink>(&self, p: &MediumPhoton, out: &mut Gathered<S>) {
+        let Target { receivers, particles, radii, .. } = self.target;
+        let paths = self.pairs.paths;
+        let are_points = *particles == Particles::Points;
+        if !are_points && !paths.beam_cone.may_be_parallel(p.direction) {
+            return;
+        }
+        out.counters.medium_photons += 1;
+        receivers.beam_tree.query(p.position, radii.medium, |index, t, d2| {
+            let beam = &paths.beams[index as usize];
+            if are_points {
+                self.pairs.point_on_beam(p, beam, t, d2, out);
+            } else {
+                self.pairs.parallel_on_beam(p, beam, t, d2, out);
+            }
+        });
     }
 }

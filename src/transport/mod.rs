@@ -1,6 +1,7 @@
 //! Light's two ways: ray paths from the eye, walks from the lamps.
 
 pub mod asked;
+pub mod cone;
 pub mod counters;
 pub mod deposits;
 pub mod extent;

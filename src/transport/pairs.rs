@@ -2,6 +2,7 @@
 //! a tree of receivers or a receiver that asks a map of photons, it is worth the same.
 
 use super::asked::{keep, Asked, MediumPair, Pending, SurfacePair};
+use super::cone::nearly_parallel;
 use super::counters::Counters;
 use super::deposits::Sink;
 use super::photon::{Family, MediumPhoton, SurfacePhoton};
@@ -98,7 +99,22 @@ impl<'a> Pairs<'a> {
         self.scatter(photon.position, photon.direction, beam, Some(Rgb::ONE), pending, out);
     }
 
-    /// A photon beam that comes within the radius of a view beam; `tables` are those of photon beams.
+    /// The collision of a photon beam that is nearly parallel to a view beam, within its radius.
+    // [Parallel pair]
+    pub fn parallel_on_beam<S: Sink>(
+        &self,
+        photon: &MediumPhoton,
+        beam: &BeamRecord,
+        t: f32,
+        distance_squared: f32,
+        out: &mut Gathered<S>,
+    ) {
+        if nearly_parallel(beam.segment.direction, photon.direction) {
+            self.point_on_beam(photon, beam, t, distance_squared, out);
+        }
+    }
+
+    /// A photon beam that comes within the radius of a view beam, at an angle to it; `tables` are those of photon beams.
     // [Beam pair]
     pub fn beam_on_beam<S: Sink>(
         &self,
@@ -108,7 +124,10 @@ impl<'a> Pairs<'a> {
         approach: &Approach,
         out: &mut Gathered<S>,
     ) {
-        if beam.medium != photon.medium || !self.within_depth(beam.depth, photon.depth) {
+        if beam.medium != photon.medium
+            || !self.within_depth(beam.depth, photon.depth)
+            || nearly_parallel(beam.segment.direction, photon.segment.direction)
+        {
             return;
         }
         let flux = photon.flux_at(approach.t_other, self.media, tables);

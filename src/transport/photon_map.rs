@@ -3,6 +3,7 @@
 
 use super::counters::Counters;
 use super::deposits::{Deposit, PixelSums, Sink};
+use super::gather::Particles;
 use super::pairs::{Gathered, Pairs};
 use super::photon::Family;
 use super::store::StoredPhotons;
@@ -90,9 +91,13 @@ impl PhotonMap {
 
     /// The photons or photon beams along one view beam.
     fn along(&self, beam: &super::view::BeamRecord, pairs: &Pairs, out: &mut Gathered<PixelRuns>) {
-        let StoredPhotons { in_media, beams, .. } = &self.stored;
+        let StoredPhotons { particles, in_media, beams, .. } = &self.stored;
         self.in_media.query(&beam.segment, pairs.radii.medium, |index, t, d2| {
-            pairs.point_on_beam(&in_media[index as usize], beam, t, d2, out);
+            let photon = &in_media[index as usize];
+            match particles {
+                Particles::Points => pairs.point_on_beam(photon, beam, t, d2, out),
+                Particles::Beams(_) => pairs.parallel_on_beam(photon, beam, t, d2, out),
+            }
         });
         self.beams.query(&beam.segment, pairs.radii.medium, |index, approach| {
             let photon = &beams.beams[index as usize];

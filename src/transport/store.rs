@@ -1,5 +1,6 @@
 //! The photons of one pass, all of them kept: what photon maps are made of.
 
+use super::cone::DirectionCone;
 use super::counters::Counters;
 use super::gather::Particles;
 use super::numbers::Uniform;
@@ -10,9 +11,11 @@ use crate::math::uniform::{self, Purpose};
 use crate::plan::Plan;
 use crate::scene::{Batch, PhotonVertices, Scene, SceneResult};
 
-/// Photons of one pass. Media hold points or beams, never both.
+/// Photons of one pass. Where media hold beams, the points in them are the ends of those that may be nearly
+/// parallel to view beams.
 #[derive(Debug, Default)]
 pub struct StoredPhotons {
+    pub particles: Particles,
     pub on_surfaces: Vec<SurfacePhoton>,
     pub in_media: Vec<MediumPhoton>,
     pub beams: PhotonBeams,
@@ -26,6 +29,8 @@ pub struct Storage<'a> {
     pub particles: Particles,
     /// The families that any receiver is there for.
     pub wanted: PerFamily<bool>,
+    /// Directions of view beams.
+    pub cone: DirectionCone,
     pub seed: u64,
 }
 
@@ -37,7 +42,8 @@ impl Storage<'_> {
         }
         let batching = self.scene.batching();
         let parts = batching.run_all(walks, |batch| self.shoot_batch(pass, batch))?;
-        let (mut stored, mut counters) = (StoredPhotons::default(), Counters::default());
+        let mut counters = Counters::default();
+        let mut stored = StoredPhotons { particles: self.particles, ..StoredPhotons::default() };
         for (part, counts) in parts {
             stored.append(part);
             counters.add(&counts);
@@ -71,14 +77,18 @@ impl Storage<'_> {
         for lane in 0..v.event.len() {
             match photon::event(v, lane, &mut counters.dropped_photons) {
                 Event::Surface(photon) if self.wanted.surface => stored.on_surfaces.push(photon),
-                Event::Medium(photon)
-                    if self.wanted.medium && self.particles == Particles::Points =>
-                {
+                Event::Medium(photon) if self.wanted.medium && self.keeps(&photon) => {
                     stored.in_media.push(photon);
                 }
                 Event::Surface(_) | Event::Medium(_) | Event::Nothing => {}
             }
         }
+    }
+}
+
+impl Storage<'_> {
+    fn keeps(&self, photon: &MediumPhoton) -> bool {
+        self.particles == Particles::Points || self.cone.may_be_parallel(photon.direction)
     }
 }
 

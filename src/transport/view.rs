@@ -7,6 +7,7 @@ use crate::math::{Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::plan::Plan;
 use crate::scene::*;
+use crate::transport::cone::DirectionCone;
 use crate::transport::counters::Counters;
 use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
 use crate::transport::photon::PerFamily;
@@ -69,6 +70,8 @@ pub struct ViewPaths {
     pub film: Vec<[f32; 2]>,
     pub emission: Vec<Rgb>,
     pub alpha: Vec<f32>,
+    /// Directions of the beams.
+    pub beam_cone: DirectionCone,
     /// What was done for them.
     pub counters: Counters,
     stored: Vec<StoredPoint>,
@@ -93,6 +96,7 @@ pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneRes
     for batch in traced {
         paths.append(batch);
     }
+    paths.beam_cone = DirectionCone::around(paths.beams.iter().map(|beam| beam.segment.direction));
     paths.counters.view_rays = paths.film.len() as u64;
     paths.counters.view_beams = paths.beams.len() as u64;
     paths.counters.visible_points = paths.points.len() as u64;

@@ -109,7 +109,7 @@ pub const TABLE: [Case; 27] = [
     case("projector_crop", 72_000, 0.045, 0.06),
     case("projector_smoke", 5_500, 0.036, 0.045),
     room("room_diffuse", 11_000, 0.036, 0.036),
-    case("rough_glass_box", 460_000, 0.05, 0.06),
+    case("rough_glass_box", 540_000, 0.05, 0.06),
     case("single_scatter", 46_000, 0.036, 0.036),
     case("smoke_spot", 24_000, 0.045, 0.06),
     case("textures_point_spot", 142_000, 0.04, 0.045),

@@ -83,10 +83,6 @@ impl Plan {
     pub fn limits(&self) -> PathLimits {
         self.rules.limits
     }
-
-    pub fn finding(&self, effect: Effect) -> &Finding {
-        &self.findings[effect as usize]
-    }
 }
 
 /// Chains are a matter of the method: where it has none, none are forced on it.

@@ -204,6 +204,21 @@ unsafe fn put<T: Copy>(values: &[T], to: *mut T) {
     }
 }
 
+/// Writes what the scene answers.
+///
+/// # Safety
+/// `out` must have room for as many values as the scene was asked for.
+unsafe fn answer(
+    out: *mut f32,
+    ask: impl FnOnce(&mut Planes) -> SceneResult<()>,
+) -> SceneResult<()> {
+    let mut values = Planes::default();
+    ask(&mut values)?;
+    // SAFETY: the caller's promise.
+    unsafe { put(values.as_slice(), out) };
+    Ok(())
+}
+
 unsafe extern "C" fn describe(context: *mut c_void, out: *mut VptDescription) -> i32 {
     // SAFETY: the engine gives a valid out pointer.
     guarded(|| unsafe {
@@ -381,10 +396,7 @@ unsafe extern "C" fn extinction(
     // SAFETY: all arrays hold `count` lanes.
     guarded(|| unsafe {
         let points = medium_points(count as usize, medium, position, direction);
-        let mut values = Planes::default();
-        served(context).scene.extinction(&points, &mut values)?;
-        put(values.as_slice(), out);
-        Ok(())
+        answer(out, |values| served(context).scene.extinction(&points, values))
     })
 }
 
@@ -399,10 +411,7 @@ unsafe extern "C" fn scattering(
     // SAFETY: all arrays hold `count` lanes.
     guarded(|| unsafe {
         let points = medium_points(count as usize, medium, position, direction);
-        let mut values = Planes::default();
-        served(context).scene.scattering(&points, &mut values)?;
-        put(values.as_slice(), out);
-        Ok(())
+        answer(out, |values| served(context).scene.scattering(&points, values))
     })
 }
 
@@ -424,10 +433,7 @@ unsafe extern "C" fn eval_phase(
             photon_direction: planes(count, photon_direction),
             view_direction: planes(count, view_direction),
         };
-        let mut values = Planes::default();
-        served(context).scene.eval_phase(&pairs, &mut values)?;
-        put(values.as_slice(), out);
-        Ok(())
+        answer(out, |values| served(context).scene.eval_phase(&pairs, values))
     })
 }
 
@@ -463,10 +469,7 @@ unsafe extern "C" fn eval_bsdf(
             point: from_raw_parts(point, count).to_vec(),
             photon_direction: planes(count, photon_direction),
         };
-        let mut values = Planes::default();
-        served(context).scene.eval_bsdf(&pairs, &mut values)?;
-        put(values.as_slice(), out);
-        Ok(())
+        answer(out, |values| served(context).scene.eval_bsdf(&pairs, values))
     })
 }
 

@@ -2,6 +2,7 @@
 // Mitsuba calls with Mitsuba's own random numbers, no batches and no outputs.
 #pragma once
 
+#include "roulette.h"
 #include "tables.h"
 
 namespace vpt {
@@ -58,7 +59,7 @@ uint64_t bare_walks(const Scene<Float, Spectrum> *scene, const SceneTables<Float
             } else {
                 break;
             }
-            float q = std::min(dr::max(flux) / emitted, .95f);
+            float q = survival(float(dr::max(flux) / emitted), depth);
             alive = q > 0.f && (depth <= rr_depth || next() < q);
             if (depth > rr_depth)
                 flux /= q;

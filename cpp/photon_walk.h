@@ -1,6 +1,7 @@
 // Photon walks: from an emitter through surfaces and media, one segment a step.
 #pragma once
 
+#include "roulette.h"
 #include "tables.h"
 
 namespace vpt {
@@ -320,7 +321,7 @@ private:
         dr::masked(w.depth, scattered) += 1u;
         Float flux = dr::max(w.flux);
         w.active = alive && flux > 0.f && w.depth < m_rules.max_depth - 1u;
-        Float q = dr::minimum(flux / w.emitted, .95f);
+        Float q = survival(Float(flux / w.emitted), w.depth);
         Mask roulette = w.active && w.depth > m_rules.rr_depth;
         w.active &= !roulette || u.roulette < q;
         dr::masked(w.flux, roulette) *= dr::rcp(q);

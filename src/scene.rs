@@ -239,6 +239,13 @@ pub struct PathLimits {
     pub hide_emitters: bool,
 }
 
+impl PathLimits {
+    /// Probability with which Russian roulette lets a path go on that carries `weight` of what it started with. [Roulette]
+    pub fn survival(weight: f32, depth: u32) -> f32 {
+        weight.min(1.0 - 2.0 / (depth as f32 + 40.0))
+    }
+}
+
 /// As the XML has it: -1 is unbounded.
 fn serialize_max_depth<S: serde::Serializer>(
     depth: &u32,

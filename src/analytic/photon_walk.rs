@@ -12,9 +12,6 @@ use crate::scene::{
 };
 use glam::Vec3;
 
-/// Survival probability above which Russian roulette does not go, as in `volpath`.
-const MAX_SURVIVAL: f32 = 0.95;
-
 /// A photon walk in flight.
 ///
 /// Distances are sampled for one channel, the hero; the other channels are weighted by the balance
@@ -167,7 +164,7 @@ impl<'a> Photons<'a> {
             return None;
         }
         if photon.depth >= self.limits.rr_depth {
-            let survival = photon.weight().max_component().min(MAX_SURVIVAL);
+            let survival = PathLimits::survival(photon.weight().max_component(), photon.depth);
             if u >= f64::from(survival) {
                 return None;
             }

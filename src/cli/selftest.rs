@@ -1,7 +1,7 @@
 //! `vpt selftest`: extreme scenes whose answer is known, rendered where the program is installed.
 
 use super::arguments::SelftestArguments;
-use super::failure::Failure;
+use super::failure::{Failure, FAILED};
 use super::job::{check_variant, JobError};
 use super::target::{Target, TargetError};
 use super::{print_result, say, text};
@@ -73,7 +73,13 @@ pub fn run(job: &SelftestJob) -> Result<(), Failure> {
     }
     let mut verdicts = Vec::new();
     for case in &job.cases {
-        let verdict = selftest::run(case, &bench).map_err(|error| broken(case, error))?;
+        let verdict = match selftest::run(case, &bench) {
+            Err(error @ SelftestError::Hangs(_)) => {
+                say(&format!("error: {}", broken(case, error).message()));
+                vpt::host::leave_at_once(FAILED)
+            }
+            verdict => verdict.map_err(|error| broken(case, error))?,
+        };
         tell(&verdict, job.quiet)?;
         verdicts.push(verdict);
     }

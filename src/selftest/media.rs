@@ -1,9 +1,9 @@
 //! Extreme extinction, albedo and phase functions.
 
 use super::case::Case;
-use super::closed_forms::half_space;
+use super::closed_forms::{half_space, half_space_up_to};
 use super::trial::{Expected, Trial};
-use super::worlds::{one_pass, HalfSpace, FOG, POINTS};
+use super::worlds::{one_pass, up_to_depth, HalfSpace, FOG, POINTS};
 use super::SelftestError;
 use crate::analytic::{Camera, Contents, Projection, World};
 use crate::math::Rgb;
@@ -20,6 +20,11 @@ pub const CASES: &[Case] = &[
         name: "coloured_extinction",
         claim: "a half-space reflects the same in channels whose sigma_t is 1e-4, 1e-2 and 1",
         run: coloured_extinction,
+    },
+    Case {
+        name: "albedo_1",
+        claim: "white half-spaces of sigma_t from 1e2 to 1e6 reflect the orders up to 20 of Chandrasekhar's series",
+        run: white_fog,
     },
     Case {
         name: "albedo_0",
@@ -40,7 +45,7 @@ fn extinction(trial: &mut Trial) -> Result<(), SelftestError> {
         let scene = HalfSpace::new(Rgb::splat(sigma_t), ALBEDO, 1.0);
         let world = World::new(scene.contents());
         let what = format!("sigma_t {sigma_t:.0e}");
-        let parameters = one_pass(8000, scene.radius());
+        let parameters = one_pass(11_000, scene.radius());
         trial.film_by(&POINTS, &what, &world, &parameters, expected)?;
     }
     Ok(())
@@ -50,8 +55,22 @@ fn coloured_extinction(trial: &mut Trial) -> Result<(), SelftestError> {
     let sigma_t = Rgb::new(1e-4, 1e-2, 1.0);
     let scene = HalfSpace::new(sigma_t, ALBEDO, FREE_PATHS / 1e-4);
     let world = World::new(scene.contents());
-    let expected = Expected::grey(half_space(ALBEDO.into(), 1.0));
-    trial.film_by(&POINTS, "", &world, &one_pass(16_000, scene.radius()), expected)
+    let expected = Expected::grey(half_space(ALBEDO.into(), 1.0)).noticing(0.4);
+    trial.film_by(&POINTS, "", &world, &one_pass(24_000, scene.radius()), expected)
+}
+
+/// White fog without an end keeps its light for ever, so that depth is bounded.
+fn white_fog(trial: &mut Trial) -> Result<(), SelftestError> {
+    const ORDERS: u32 = 20;
+    let expected = Expected::grey(half_space_up_to(1.0, 1.0, ORDERS as usize));
+    for sigma_t in [1e2f32, 1e4, 1e6] {
+        let scene = HalfSpace::new(Rgb::splat(sigma_t), 1.0, 1.0);
+        let world = World::new(scene.contents());
+        let what = format!("sigma_t {sigma_t:.0e}");
+        let parameters = up_to_depth(one_pass(13_000, scene.radius()), ORDERS + 1);
+        trial.film_by(&POINTS, &what, &world, &parameters, expected)?;
+    }
+    Ok(())
 }
 
 /// The eye looks up at the sky from 1 below the top.

@@ -42,13 +42,13 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// The same in all channels; a fault of 40 % must be noticed.
+    /// The same in all channels; a fault of 30 % must be noticed.
     pub fn grey(radiance: f64) -> Self {
         Expected::rgb([radiance; 3])
     }
 
     pub fn rgb(radiance: [f64; 3]) -> Self {
-        Expected { radiance, bias: 0.0, noticed: 0.4, dropped: 0.0 }
+        Expected { radiance, bias: 0.0, noticed: 0.3, dropped: 0.0 }
     }
 
     pub fn with_bias(self, bias: f64) -> Self {

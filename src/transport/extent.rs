@@ -6,11 +6,13 @@ use crate::math::{Aabb, Rgb};
 pub const OPAQUE_DEPTH: f32 = 20.7;
 /// A segment that meets nothing is followed for this many scene diagonals.
 const FAR_DIAGONALS: f32 = 1e4;
+/// Where a scene has no surface to measure lengths by: its square is still a number of single precision.
+const FAR_IN_NOTHING: f32 = 1e15;
 
-/// Distance that no segment needs to go beyond where a scene has these bounds; infinite where it has none.
+/// Distance that no segment needs to go beyond where a scene has these bounds.
 pub fn far(bounds: &Aabb) -> f32 {
     if bounds.is_empty() {
-        f32::INFINITY
+        FAR_IN_NOTHING
     } else {
         FAR_DIAGONALS * bounds.diagonal().max(f32::MIN_POSITIVE)
     }

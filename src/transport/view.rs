@@ -466,7 +466,7 @@ impl<'a> Tracer<'a> {
         path.clear *= 1.0 - covered;
     }
 
-    /// Ends long chains of delta lobes as `volpath` does.
+    /// Ends long chains of delta lobes.
     fn roulette(&mut self, path: &mut Path) {
         let weight = path.throughput.max_component();
         if !path.throughput.is_finite() {
@@ -475,7 +475,7 @@ impl<'a> Tracer<'a> {
         } else if weight <= 0.0 {
             path.alive = false;
         } else if path.alive && path.depth > self.plan.limits().rr_depth {
-            let survival = weight.min(0.95);
+            let survival = PathLimits::survival(weight, path.depth);
             path.alive = self.rng.random::<f32>() < survival;
             path.throughput = path.throughput / survival;
         }

@@ -21,6 +21,10 @@ fuzz:
     PROPTEST_CASES=5000 cargo test --release --test fuzz_abi --test fuzz_parameters
     cargo test --release --test differential -- --ignored --nocapture
 
+# Memory and thread safety of both sides of the C ABI: `just sanitize address` and `just sanitize thread`
+sanitize SANITIZER:
+    tests/sanitizers.sh {{SANITIZER}}
+
 # Metropolis chains where one walk in 100,000 is seen
 markov:
     cargo test --release --test markov -- --ignored --nocapture

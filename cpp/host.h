@@ -1,6 +1,7 @@
 // Mitsuba behind the engine's C ABI: a table of callbacks over one scene and one sensor.
 #pragma once
 
+#include "lamp_light.h"
 #include "photon_walk.h"
 #include "view_walk.h"
 
@@ -25,7 +26,7 @@ public:
         return { VPT_ABI_VERSION, this,           &c_describe,    &c_view_rays,  &c_view_step,
                  &c_view_free,    &c_emit,        &c_photon_alive, &c_photon_step, &c_photon_free,
                  &c_extinction,   &c_scattering,  &c_eval_phase,  &c_store_points, &c_eval_bsdf,
-                 &c_splat,        &c_last_error };
+                 &c_lamp_light,   &c_splat,        &c_last_error };
     }
 
     VptDescription describe() const {
@@ -113,6 +114,21 @@ public:
             Mask active = si.is_valid() && cosine > 1e-6f;
             auto value = unpolarized_spectrum(si.bsdf()->eval(context, si, wo, active));
             writer.put3(out, e, UnpolarizedSpectrum(dr::select(active, value / cosine, 0.f)));
+        }
+        writer.flush();
+    }
+
+    void lamp_light(uint32_t n, const uint32_t *medium, const float *position, const float *normal, const float *numbers,
+                    float *direction, float *irradiance) {
+        Writer<Float> writer(n);
+        vpt::LampLight<Float, Spectrum> light(m_scene, m_sensor, m_tables);
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            Point2f lamp(read<Float>(numbers, n, e), read<Float>(numbers + n, n, e));
+            UInt32 seed(read<Float>(numbers + 2 * n, n, e) * 0x1p24f);
+            auto sample = light.sample(read3<Point3f>(position, n, e), read3<Normal3f>(normal, n, e),
+                                       m_tables.medium(read<UInt32>(medium, n, e), true), lamp, seed);
+            writer.put3(direction, e, sample.direction);
+            writer.put3(irradiance, e, sample.irradiance);
         }
         writer.flush();
     }
@@ -256,6 +272,10 @@ private:
     static int32_t c_eval_bsdf(void *c, uint32_t n, const uint32_t *point, const float *photon_direction,
                                float *out) {
         return guarded([&] { self(c)->eval_bsdf(n, point, photon_direction, out); });
+    }
+    static int32_t c_lamp_light(void *c, uint32_t n, const uint32_t *medium, const float *position, const float *normal,
+                                const float *numbers, float *direction, float *irradiance) {
+        return guarded([&] { self(c)->lamp_light(n, medium, position, normal, numbers, direction, irradiance); });
     }
     static int32_t c_splat(void *c, uint32_t n, const float *position, const float *radiance, const float *alpha,
                            const float *weight, double *storage) {

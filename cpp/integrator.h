@@ -33,6 +33,7 @@ public:
         m_parameters.max_depth = props.get<int64_t>("max_depth", -1);
         m_parameters.rr_depth = props.get<int64_t>("rr_depth", 5);
         m_parameters.hide_emitters = m_hide_emitters;
+        m_parameters.connections = props.get<bool>("connections", defaults.connections != 0);
         m_parameters.estimate_error = props.get<bool>("estimate_error", true);
         m_parameters.target_error = props.get<ScalarFloat>("target_error", 0.f);
         m_error_image = props.get<bool>("error_image", false);

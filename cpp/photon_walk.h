@@ -22,8 +22,9 @@ public:
         UnpolarizedSpectrum flux, density;
         Float emitted;
         UInt32 channel, depth, index, seed, steps;
-        Mask active;
-        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, channel, depth, index, seed, steps, active)
+        // Whether connections find the emitter, and whether the walk goes on.
+        Mask found, active;
+        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, channel, depth, index, seed, steps, found, active)
     };
 
     struct Numbers {
@@ -102,6 +103,9 @@ private:
             walk.index = dr::arange<UInt32>(n);
         else
             walk.index = (uint32_t) e;
+        // Parallel light from a surface reaches a place from one point alone.
+        UInt32 flags = emitter->flags(true);
+        walk.found = !(has_flag(flags, EmitterFlags::Surface) && has_flag(flags, EmitterFlags::DeltaDirection));
         auto [medium, shines] = m_tables.emitter_medium(emitter, true);
         walk.medium = medium;
         // A flux that is not a number takes its one step, so that the engine sees and counts it.
@@ -136,6 +140,7 @@ private:
 
         UInt32 event = dr::select(collided, UInt32(VPT_PHOTON_MEDIUM),
                                   dr::select(receives, UInt32(VPT_PHOTON_SURFACE), UInt32(VPT_PHOTON_NONE)));
+        event |= dr::select(w.found && depth == 0u, UInt32(VPT_PHOTON_STRAIGHT), UInt32(0));
         writer.put(out.walk, e, index);
         writer.put(out.medium, e, medium);
         writer.put(out.depth, e, depth);

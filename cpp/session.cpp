@@ -44,10 +44,11 @@ const Parameter PARAMETERS[] = {
     { "surface_radius", Kind::Number, false }, { "medium_radius", Kind::Number, false },
     { "radius_schedule", Kind::Text, false },  { "shooting", Kind::Text, false },
     { "photon_beams", Kind::Text, false },     { "chains", Kind::Integer, false },
-    { "effects", Kind::Text, false },              { "max_depth", Kind::Integer, true },      { "rr_depth", Kind::Integer, true },
+    { "connections", Kind::Boolean, false },   { "effects", Kind::Text, false },
+    { "max_depth", Kind::Integer, true },      { "rr_depth", Kind::Integer, true },
     { "hide_emitters", Kind::Boolean, true },  { "estimate_error", Kind::Boolean, false },
     { "target_error", Kind::Number, false },   { "error_image", Kind::Boolean, false },
-     { "timeout", Kind::Number, true },
+    { "timeout", Kind::Number, true },
 };
 
 // Threads asked for; 0 for all.

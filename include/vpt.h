@@ -11,7 +11,7 @@
 typedef struct VptStats VptStats;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 3
+#define VPT_ABI_VERSION 4
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -45,6 +45,9 @@ typedef struct VptStats VptStats;
 
 // Added to an event after which the walk ended because its flux was no longer finite.
 #define VPT_PHOTON_INVALID 4
+
+// Added where the segment comes straight from a lamp that `lamp_light` finds too.
+#define VPT_PHOTON_STRAIGHT 8
 
 // Values of `VptShooting::mode`.
 #define VPT_SHOOTING_OFF 0
@@ -99,6 +102,7 @@ typedef struct VptParameters {
   int64_t max_depth;
   int64_t rr_depth;
   uint32_t hide_emitters;
+  uint32_t connections;
   uint32_t estimate_error;
   // 0 for none.
   double target_error;
@@ -288,6 +292,17 @@ typedef struct VptHost {
                        const uint32_t *point,
                        const float *photon_direction,
                        float *out);
+  // Samples a lamp for each place (`medium`, position, geometric normal or 0) and what of its light arrives there straight,
+  // through null boundaries and media: the direction in which it travels, and its radiance over the density of
+  // directions.
+  int32_t (*lamp_light)(void *context,
+                        uint32_t count,
+                        const uint32_t *medium,
+                        const float *position,
+                        const float *normal,
+                        const float *numbers,
+                        float *direction,
+                        float *irradiance);
   // Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
   int32_t (*splat)(void *context,
                    uint32_t count,

@@ -43,6 +43,10 @@ pub const VIEW_RAY_DIMENSIONS: usize = 4;
 /// Uniform numbers consumed by [`ViewWalk::step`], per ray: lobe choice and two for the direction.
 pub const VIEW_STEP_DIMENSIONS: usize = 3;
 
+/// Uniform numbers consumed by [`Scene::lamp_light`], per place: two for the lamp and the point on it, and one that
+/// numbers a stream of hashes for what varying media take away.
+pub const LAMP_DIMENSIONS: usize = 3;
+
 /// What went wrong on the renderer's side.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{0}")]
@@ -400,6 +404,14 @@ pub mod photon_event {
     pub const SURFACE: u32 = 2;
     /// Added to an event after which the walk ended because its flux was no longer finite.
     pub const INVALID: u32 = 4;
+    /// Added where the segment comes straight from a lamp that [`super::Scene::lamp_light`] finds too: nothing
+    /// scattered the photon before, null boundaries apart.
+    pub const STRAIGHT: u32 = 8;
+
+    /// The event without what was added to it.
+    pub fn kind(event: u32) -> u32 {
+        event & !(INVALID | STRAIGHT)
+    }
 }
 
 /// One segment per photon walk, and the event at its end. Filled by [`PhotonWalk::step`].
@@ -532,6 +544,32 @@ pub struct SurfacePairs {
     pub photon_direction: Planes,
 }
 
+/// Places from which lamps are looked for.
+#[derive(Debug, Clone, Default)]
+pub struct Places {
+    /// The medium that the place lies in, or that the light crosses last before the surface that it lies on.
+    pub medium: Vec<u32>,
+    pub position: Planes,
+    /// Geometric normal of the surface that it lies on; 0 within a medium.
+    pub normal: Planes,
+}
+
+/// Light that arrives at places straight from lamps, through null boundaries and media: one sample for each place.
+#[derive(Debug, Clone, Default)]
+pub struct LampLight {
+    /// In which the light travels; 0 where none arrives.
+    pub direction: Planes,
+    /// Radiance over the density of directions per solid angle [W/m²], what media take away taken off.
+    pub irradiance: Planes,
+}
+
+impl LampLight {
+    pub fn resize(&mut self, lanes: usize) {
+        self.direction.resize(lanes);
+        self.irradiance.resize(lanes);
+    }
+}
+
 /// Samples for the film: positions in film coordinates, radiance, alpha and weight, one per lane.
 #[derive(Debug, Clone, Default)]
 pub struct FilmSamples {
@@ -580,6 +618,11 @@ pub trait Scene: Sync {
 
     /// Value of the smooth BSDF lobes `f_r` [1/sr], without a cosine, for each pair.
     fn eval_bsdf(&self, pairs: &SurfacePairs, out: &mut Planes) -> SceneResult<()>;
+
+    /// Samples a lamp for each place, and what of its light arrives there without being scattered. `numbers` holds
+    /// [`LAMP_DIMENSIONS`] planes. Light that comes this way, and no other, reaches photons on
+    /// [`photon_event::STRAIGHT`] segments.
+    fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()>;
 
     /// Adds samples through the film's reconstruction filter to `storage`
     /// (`film_pixels * film_channels` values).

@@ -58,8 +58,9 @@ const FAST: [&str; 6] = [
     "hidden_lamp",
 ];
 const FAST_LLVM: [&str; 2] = ["ball_rayleigh", "room_diffuse"];
-/// `ppt` on all of them, the other methods on one.
+/// `ppt` on all of them, with connections on two, the other methods on one.
 const FAST_METHODS: [&str; 1] = ["ppt"];
+const FAST_CONNECTIONS_SCENES: [&str; 2] = ["smoke_spot", "room_diffuse"];
 const FAST_OTHERS: [&str; 5] = ["ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"];
 const FAST_OTHERS_SCENE: [&str; 1] = ["ball_rayleigh"];
 
@@ -75,10 +76,17 @@ fn other_methods_agree_in_scalar_rgb() {
     assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
 }
 
+#[test]
+fn connections_agree_in_scalar_rgb() {
+    let table =
+        judge("scalar_rgb", &cases(&FAST_CONNECTIONS_SCENES), &methods(&["ppt_connections"]));
+    assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
+}
+
 /// A method without a column is not tested.
 #[test]
 fn every_method_is_in_the_table() {
-    let names: BTreeSet<&str> = METHODS.iter().map(|method| method.name).collect();
+    let names: BTreeSet<&str> = METHODS.iter().map(|method| method.method).collect();
     assert_eq!(names, vpt::method::Method::ALL.map(vpt::method::Method::name).into());
 }
 

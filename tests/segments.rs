@@ -109,7 +109,7 @@ fn assert_consistent(scene: &dyn Scene) {
             if let Some((expected, _)) = expected {
                 assert_close("flux at the end", flux, expected, 1e-3);
             }
-            let collided = v.event[lane] == photon_event::MEDIUM;
+            let collided = photon_event::kind(v.event[lane]) == photon_event::MEDIUM;
             sequels[v.walk[lane] as usize] = expected
                 .filter(|_| collided)
                 .map(|(_, density)| Sequel { position: v.position.get(lane), flux, density });
@@ -124,7 +124,7 @@ fn assert_ends_meet(v: &PhotonVertices, lane: usize) {
     let s = segments(v);
     let (length, reach) = (v.length[lane], s.reach[lane]);
     assert!(reach >= length, "a segment of length {length} reaches to {reach}");
-    if v.event[lane] != photon_event::MEDIUM {
+    if photon_event::kind(v.event[lane]) != photon_event::MEDIUM {
         assert_eq!(reach, length, "nothing but a collision ends a segment before a surface");
     }
     if length.is_finite() {
@@ -170,7 +170,8 @@ fn flux_at_end(
         return Some((flux, density));
     }
     let medium = &scene.description().media[v.medium[lane] as usize];
-    let ([sigma_t, sigma_s], collided) = (coefficients?, v.event[lane] == photon_event::MEDIUM);
+    let ([sigma_t, sigma_s], collided) =
+        (coefficients?, photon_event::kind(v.event[lane]) == photon_event::MEDIUM);
     if let (Extinction::Constant(constant), Some(scattering)) =
         (medium.extinction, medium.scattering)
     {
@@ -333,7 +334,7 @@ fn second_ends(scene: &dyn Scene, emission: &[f32], numbers: &[Vec<f32>; 2]) -> 
     for lane in 0..v.event.len() {
         let crosses = v.medium[lane] != VACUUM;
         ends[v.walk[lane] as usize] = if crosses {
-            (v.event[lane], v.position.get(lane))
+            (photon_event::kind(v.event[lane]), v.position.get(lane))
         } else {
             (photon_event::NONE, Vec3::ZERO)
         };
@@ -381,7 +382,9 @@ fn assert_lobes_are_independent(scene: &dyn Scene) {
             let lanes = photons.lanes();
             let numbers = next(lanes);
             photons.step(&numbers, &mut v).expect("walks advance");
-            for lane in (0..lanes).filter(|&lane| v.event[lane] == photon_event::MEDIUM) {
+            for lane in
+                (0..lanes).filter(|&lane| photon_event::kind(v.event[lane]) == photon_event::MEDIUM)
+            {
                 let lobe = f64::from(numbers[lanes + lane]);
                 count += 1.0;
                 sum += lobe;

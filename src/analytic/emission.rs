@@ -56,7 +56,45 @@ pub(super) struct Emission {
     pub flux: Rgb,
 }
 
+/// Light that comes straight to a place, if nothing is in the way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival {
+    /// In which it travels; a unit vector.
+    pub direction: DVec3,
+    /// To where it starts [length]; infinite for what comes from outside.
+    pub distance: f64,
+    /// Radiance over the density of directions [W/m²].
+    pub irradiance: Rgb,
+}
+
 impl Emitter {
+    /// Samples light toward a place; `u` is a pair of uniform numbers.
+    // [Connection]
+    pub fn sample_toward(&self, place: DVec3, u: [f64; 2]) -> Arrival {
+        match *self {
+            Emitter::Lamp(Lamp::Point { position, intensity, .. }) => {
+                let way = place - position;
+                let irradiance = intensity * (1.0 / way.length_squared()) as f32;
+                Arrival { direction: way.normalize(), distance: way.length(), irradiance }
+            }
+            Emitter::Lamp(Lamp::Sky { radiance }) => {
+                let irradiance = radiance * warp::FULL_SPHERE as f32;
+                Arrival { direction: warp::sphere(u), distance: f64::INFINITY, irradiance }
+            }
+            Emitter::Lamp(Lamp::Sun { direction, irradiance }) => {
+                Arrival { direction, distance: f64::INFINITY, irradiance }
+            }
+            Emitter::Surface(surface) => {
+                let start = surface.shape.sample(u);
+                let way = place - start;
+                let (direction, distance) = (way.normalize(), way.length());
+                let cosine = surface.shape.front_normal(start).dot(direction).max(0.0);
+                let solid_angle = surface.shape.area() * cosine / (distance * distance);
+                Arrival { direction, distance, irradiance: surface.emission * solid_angle as f32 }
+            }
+        }
+    }
+
     /// What the engine is told in advance.
     pub fn facts(&self, index: usize) -> EmitterFacts {
         let is_environment = matches!(self, Emitter::Lamp(Lamp::Sky { .. }));

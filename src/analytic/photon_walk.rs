@@ -205,8 +205,9 @@ fn write_start(photon: &Photon, reach: f64, lane: usize, out: &mut PhotonVertice
 
 /// Fills a lane with a segment, its end and the photon's flux there.
 fn write_segment(photon: &Photon, length: f64, event: u32, lane: usize, out: &mut PhotonVertices) {
+    let straight = if photon.depth == 0 { photon_event::STRAIGHT } else { 0 };
     out.walk[lane] = photon.walk;
-    out.event[lane] = event;
+    out.event[lane] = event | straight;
     out.medium[lane] = photon.ray.medium;
     out.depth[lane] = photon.depth;
     out.position.set(lane, photon.ray.at(length).as_vec3());

@@ -2,6 +2,7 @@ use super::camera::Camera;
 use super::emission::{BoundingSphere, Emitter, Lamp};
 use super::film::{self, FILM_CHANNELS};
 use super::fog::{Fog, Profile};
+use super::lamp_light;
 use super::phase;
 use super::photon_walk::Photons;
 use super::ray::{Hit, Ray};
@@ -9,9 +10,9 @@ use super::surface::{Material, Surface};
 use super::view_walk::ViewRays;
 use crate::math::{Aabb, Rgb};
 use crate::scene::{
-    Batching, Extinction, FilmSamples, Medium, MediumPoints, PathRules, Phase, PhasePairs,
-    PhotonWalk, Planes, PointSegments, Scene, SceneDescription, SceneResult, SensorFacts,
-    SurfacePairs, ViewRayRequest, ViewWalk, VACUUM,
+    Batching, Extinction, FilmSamples, LampLight, Medium, MediumPoints, PathRules, Phase,
+    PhasePairs, PhotonWalk, Places, Planes, PointSegments, Scene, SceneDescription, SceneResult,
+    SensorFacts, SurfacePairs, ViewRayRequest, ViewWalk, VACUUM,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -123,9 +124,13 @@ impl World {
         }
     }
 
-    /// The visible point at the end of a view segment.
+    /// The visible point at the end of a view segment: the first matt surface, for the segment may start on another one, to
+    /// single precision.
     fn point_at(&self, ray: &Ray, skips_emitters: bool) -> StoredPoint {
-        let hit = if skips_emitters { self.intersect_dark(ray) } else { self.intersect(ray) };
+        let hit = self.intersect_where(ray, |surface| {
+            matches!(surface.material, Material::Lambertian { .. })
+                && !(skips_emitters && !surface.emission.is_zero())
+        });
         let nothing = StoredPoint { normal: DVec3::ZERO, reflectance: Rgb::ZERO };
         hit.map_or(nothing, |hit| {
             let reflectance = match self.surface(&hit).material {
@@ -268,6 +273,11 @@ impl Scene for World {
             let value = if same_side { point.reflectance * (1.0 / PI) as f32 } else { Rgb::ZERO };
             out.set_rgb(lane, value);
         }
+        Ok(())
+    }
+
+    fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()> {
+        lamp_light::lamp_light(self, places, numbers, out);
         Ok(())
     }
 

@@ -42,7 +42,7 @@ impl std::str::FromStr for Schedule {
 }
 
 /// Both radii [length] of one pass.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Radii {
     /// Of the disk around a visible point.
     pub surface: f32,

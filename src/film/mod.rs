@@ -7,6 +7,9 @@ use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
 use crate::transport::view::ViewPaths;
 
+/// Radiance beyond this is cut off: films take single precision, and weigh it by passes and filters.
+const BRIGHTEST: f64 = 1e28;
+
 /// Weighted sums per pixel and channel, as the scene's film lays them out (its reconstruction
 /// filter applied, weights in a channel of their own). Kept in f64: f32 sums stop moving.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,8 +40,13 @@ pub fn add_jitter(
     film: &mut FilmSums,
 ) -> SceneResult<()> {
     splat(scene, paths, passes, film, |pixel| {
-        let sum = sums.radiance(pixel).map(|channel| (channel / f64::from(passes)) as f32);
-        paths.emission[pixel] + Rgb::new(sum[0], sum[1], sum[2])
+        let emission = glam::Vec3::from(paths.emission[pixel]).to_array();
+        let sums = sums.radiance(pixel);
+        let [r, g, b] = [0, 1, 2].map(|channel| {
+            let radiance = f64::from(emission[channel]) + sums[channel] / f64::from(passes);
+            radiance.clamp(-BRIGHTEST, BRIGHTEST) as f32
+        });
+        Rgb::new(r, g, b)
     })
 }
 

@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 3;
+pub const VPT_ABI_VERSION: u32 = 4;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -32,6 +32,8 @@ pub const VPT_PHOTON_MEDIUM: u32 = 1;
 pub const VPT_PHOTON_SURFACE: u32 = 2;
 /// Added to an event after which the walk ended because its flux was no longer finite.
 pub const VPT_PHOTON_INVALID: u32 = 4;
+/// Added where the segment comes straight from a lamp that `lamp_light` finds too.
+pub const VPT_PHOTON_STRAIGHT: u32 = 8;
 
 /// Values of `VptShooting::mode`.
 pub const VPT_SHOOTING_OFF: u32 = 0;
@@ -271,6 +273,19 @@ pub struct VptHost {
         photon_direction: *const f32,
         out: *mut f32,
     ) -> i32,
+    /// Samples a lamp for each place (`medium`, position, geometric normal or 0) and what of its light arrives there straight,
+    /// through null boundaries and media: the direction in which it travels, and its radiance over the density of
+    /// directions.
+    pub lamp_light: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        medium: *const u32,
+        position: *const f32,
+        normal: *const f32,
+        numbers: *const f32,
+        direction: *mut f32,
+        irradiance: *mut f32,
+    ) -> i32,
     /// Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
     pub splat: unsafe extern "C" fn(
         context: *mut c_void,
@@ -309,6 +324,7 @@ pub struct VptParameters {
     pub max_depth: i64,
     pub rr_depth: i64,
     pub hide_emitters: u32,
+    pub connections: u32,
     pub estimate_error: u32,
     /// 0 for none.
     pub target_error: f64,

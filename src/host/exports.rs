@@ -32,6 +32,7 @@ pub extern "C" fn vpt_default_parameters() -> VptParameters {
         max_depth: -1,
         rr_depth: i64::from(p.limits.rr_depth),
         hide_emitters: 0,
+        connections: p.connections.into(),
         estimate_error: p.estimate_error.into(),
         target_error: p.target_error,
         seed: p.seed,
@@ -199,6 +200,7 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         method: method.as_deref().map_or(Ok(defaults.method), str::parse)?,
         shooting: shooting.as_deref().map(str::parse).transpose()?,
         photon_beams: photon_beams.as_deref().map_or(Ok(defaults.photon_beams), str::parse)?,
+        connections: p.connections != 0,
         effects: effects.as_deref().map_or(Ok(defaults.effects), str::parse)?,
         chains: match p.chains {
             chains if chains >= 0 => chains as u64,

@@ -416,6 +416,26 @@ impl Scene for HostScene {
         })
     }
 
+    fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()> {
+        let count = places.medium.len();
+        assert!(places.position.lanes() == count && places.normal.lanes() == count);
+        assert_eq!(numbers.len(), LAMP_DIMENSIONS * count);
+        out.resize(count);
+        // SAFETY: all arrays hold `count` lanes.
+        self.check(unsafe {
+            (self.host.lamp_light)(
+                self.host.context,
+                lane_count(count),
+                places.medium.as_ptr(),
+                places.position.as_slice().as_ptr(),
+                places.normal.as_slice().as_ptr(),
+                numbers.as_ptr(),
+                out.direction.as_mut_slice().as_mut_ptr(),
+                out.irradiance.as_mut_slice().as_mut_ptr(),
+            )
+        })
+    }
+
     fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
         let count = samples.alpha.len();
         assert!(samples.position.len() == 2 * count && samples.radiance.lanes() == count);

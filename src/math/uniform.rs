@@ -16,6 +16,8 @@ pub enum Purpose {
     MediumExchange = 7,
     ViewTables = 8,
     Aperture = 9,
+    LampsOfPoints = 10,
+    LampsOfBeams = 11,
 }
 
 /// The stream that belongs to one batch of one pass.

@@ -1,4 +1,5 @@
 use crate::math::Rgb;
+use glam::Vec3;
 
 /// A beam without a table: its extinction is constant.
 pub const NO_TABLE: u32 = u32::MAX;
@@ -60,7 +61,12 @@ impl TransmittanceTables {
     }
 
     /// Transmittance from the start of the beam to distance `t` along it.
-    pub fn transmittance(&self, mut table: u32, t: f32) -> Rgb {
+    pub fn transmittance(&self, table: u32, t: f32) -> Rgb {
+        self.depth_at(table, t).0.attenuation()
+    }
+
+    /// Optical depth from the start of the beam to distance `t` along it, and extinction [1/length] there.
+    pub fn depth_at(&self, mut table: u32, t: f32) -> (Rgb, Rgb) {
         let mut depth = Rgb::ZERO;
         loop {
             let Table { first, steps, start, spacing } = self.tables[table as usize];
@@ -69,9 +75,33 @@ impl TransmittanceTables {
             let knot = (x as usize).min(steps as usize - 1);
             let (a, b) = (knots[knot], knots[knot + 1]);
             match self.finer[first as usize + knot] {
-                NO_TABLE => return (depth + a + (b - a) * (x - knot as f32)).attenuation(),
+                NO_TABLE => return (depth + a + (b - a) * (x - knot as f32), (b - a) / spacing),
                 finer => {
                     depth += a;
+                    table = finer;
+                }
+            }
+        }
+    }
+
+    /// Distance along the beam at which a channel's optical depth is reached, or at which the table ends.
+    pub fn distance_to(&self, mut table: u32, channel: usize, depth: f32) -> f32 {
+        let mut left = depth;
+        loop {
+            let Table { first, steps, start, spacing } = self.tables[table as usize];
+            let knots = &self.depths[first as usize..=(first + steps) as usize];
+            let of = |knot: usize| Vec3::from(knots[knot])[channel];
+            let behind = knots.partition_point(|&knot| Vec3::from(knot)[channel] <= left);
+            let Some(knot) = behind.checked_sub(1).filter(|_| behind < knots.len()) else {
+                return start + steps as f32 * spacing;
+            };
+            match self.finer[first as usize + knot] {
+                NO_TABLE => {
+                    let share = ((left - of(knot)) / (of(knot + 1) - of(knot))).clamp(0.0, 1.0);
+                    return start + (knot as f32 + share) * spacing;
+                }
+                finer => {
+                    left -= of(knot);
                     table = finer;
                 }
             }

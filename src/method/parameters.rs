@@ -78,6 +78,9 @@ pub struct Parameters {
     pub chains: u64,
     /// How far photon beams reach.
     pub photon_beams: BeamKind,
+    /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
+    /// rest alone (`connections`).
+    pub connections: bool,
     /// Effects that are simulated though the scene does not call for them.
     pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).
@@ -120,6 +123,7 @@ impl Default for Parameters {
             shooting: None,
             chains: 0,
             photon_beams: BeamKind::Short,
+            connections: false,
             effects: Effects::NONE,
             passes: 16,
             photons: 100_000,
@@ -213,7 +217,8 @@ impl Parameters {
             Shooting::Metropolis => Steering::Always,
             Shooting::Auto => Steering::Measured,
         };
-        Plan::new(scene, Wishes { limits: self.limits, forced: self.effects, steering })
+        let Parameters { limits, effects: forced, connections, .. } = *self;
+        Plan::new(scene, Wishes { limits, forced, steering, connections })
     }
 
     /// Checks ranges before any work is done.

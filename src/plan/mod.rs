@@ -29,11 +29,13 @@ pub struct Wishes {
     /// Effects that are simulated though the scene does not call for them.
     pub forced: Effects,
     pub steering: Steering,
+    /// Whether receivers find by themselves what comes straight from a lamp. [Connection]
+    pub connections: bool,
 }
 
 impl From<PathLimits> for Wishes {
     fn from(limits: PathLimits) -> Self {
-        Wishes { limits, forced: Effects::NONE, steering: Steering::Never }
+        Wishes { limits, forced: Effects::NONE, steering: Steering::Never, connections: false }
     }
 }
 
@@ -41,6 +43,8 @@ impl From<PathLimits> for Wishes {
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub rules: PathRules,
+    /// Whether receivers find by themselves what comes straight from a lamp, and photons leave it out. [Connection]
+    pub connections: bool,
     /// Which families may get chains.
     pub steering: Steering,
     /// The scene's media as they are treated: where an effect is forced on, what would make the work
@@ -61,6 +65,7 @@ impl Plan {
         let effects = findings.iter().filter(|finding| finding.on).map(|f| f.effect).collect();
         Plan {
             rules: PathRules { limits, effects },
+            connections: wishes.connections,
             steering: match steering {
                 Steering::Measured if forced.has(Effect::MetropolisMedium) => Steering::Always,
                 given => given,

@@ -19,6 +19,8 @@ pub struct Counters {
     /// Points at which extinction was asked for, on behalf of tables along view segments and photon beams.
     pub view_table_samples: u64,
     pub photon_table_samples: u64,
+    /// Receivers that looked for a lamp.
+    pub connections: u64,
     /// Walks emitted.
     pub walks: u64,
     /// Segments of all walks.
@@ -57,6 +59,7 @@ impl Counters {
         self.aperture_samples += o.aperture_samples;
         self.view_table_samples += o.view_table_samples;
         self.photon_table_samples += o.photon_table_samples;
+        self.connections += o.connections;
         self.walks += o.walks;
         self.segments += o.segments;
         self.flights += o.flights;
@@ -95,7 +98,7 @@ impl Counters {
     fn invisible_warning(&self) -> Option<String> {
         let receivers = self.view_beams + self.visible_points;
         let deposits = self.medium_deposits + self.surface_deposits;
-        (receivers > 0 && self.walks > 0 && deposits == 0).then(|| {
+        (receivers > 0 && self.walks > 0 && deposits + self.connections == 0).then(|| {
             format!(
                 "none of {} photon walks reached what the camera sees, so the picture shows directly seen \
                  emission alone; check that the lamps light the view, or give more photons or larger radii",

@@ -76,7 +76,7 @@ impl Target<'_> {
     ) -> SceneResult<(S, Counters)> {
         let beams = match self.particles {
             Particles::Beams(kind) if wanted.medium => {
-                PhotonBeams::of_vertices(kind, self.scene, &self.plan.media, vertices, tables)?
+                PhotonBeams::of_vertices(kind, self.scene, self.plan, vertices, tables)?
             }
             _ => PhotonBeams::default(),
         };
@@ -153,7 +153,7 @@ impl Query<'_> {
 
     fn vertex<S: Sink>(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered<S>) {
         let paths = self.pairs.paths;
-        match photon::event(v, lane, &mut out.counters.dropped_photons) {
+        match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
             Event::Medium(p) if self.wanted.medium => self.collision(&p, out),
             Event::Surface(p) if self.wanted.surface => {
                 out.counters.surface_photons += 1;

@@ -1,7 +1,9 @@
 //! Light's two ways: ray paths from the eye, walks from the lamps.
 
 pub mod asked;
+mod beam_sample;
 pub mod cone;
+pub mod connect;
 pub mod counters;
 pub mod deposits;
 pub mod extent;

@@ -188,21 +188,72 @@ impl<'a> Pairs<'a> {
         if photon.geometric_normal.dot(point.geometric_normal) < SAME_SURFACE
             || height > SAME_HEIGHT * self.radii.surface
             || !self.within_depth(point.depth, photon.depth)
+            || photon.is_found && photon.direction.dot(point.normal) < 0.0
         {
             return;
         }
         let weighted = point.throughput * photon.flux * kernel::disk(self.radii.surface);
         let bias_share = kernel::disk_bias_share(distance_squared, self.radii.surface);
-        let mut pending = Pending { walk: photon.walk, pixel: point.pixel, weighted, bias_share };
-        match point.lobe {
-            Lobe::Lambertian(_) if photon.direction.dot(point.normal) >= 0.0 => {}
-            Lobe::Lambertian(reflectance) => {
-                pending.weighted = weighted * reflectance * std::f32::consts::FRAC_1_PI;
-                out.keep(Family::Surface, pending);
-            }
-            Lobe::Stored(stored) => {
-                out.asked.surface(SurfacePair { point: stored, photon: photon.direction }, pending);
-            }
+        let pending = Pending { walk: photon.walk, pixel: point.pixel, weighted, bias_share };
+        reflect(photon.direction, point, pending, out);
+    }
+
+    /// One sample of a lamp's light at distance `t` along a view beam, which was drawn with this density [1/length].
+    // [Connection]
+    pub fn lamp_on_beam<S: Sink>(
+        &self,
+        lamp: LampSample,
+        beam: &BeamRecord,
+        t: f32,
+        density: f32,
+        out: &mut Gathered<S>,
+    ) {
+        if lamp.irradiance.is_zero() || !self.within_depth(beam.depth, 0) {
+            return;
+        }
+        let tr = self.paths.beam_transmittance(beam, self.media, t);
+        let weighted = beam.throughput * tr * lamp.irradiance / density;
+        let sigma_s = self.media[beam.medium as usize].scattering;
+        let pending = Pending { walk: 0, pixel: beam.pixel, weighted, bias_share: 0.0 };
+        self.scatter(beam.segment.at(t), lamp.direction, beam, sigma_s, pending, out);
+    }
+
+    /// One sample of a lamp's light at a visible point, from the viewer's side.
+    // [Connection]
+    pub fn lamp_on_point<S: Sink>(
+        &self,
+        lamp: LampSample,
+        point: &PointRecord,
+        out: &mut Gathered<S>,
+    ) {
+        let cosine = -lamp.direction.dot(point.normal);
+        if lamp.irradiance.is_zero() || cosine <= 0.0 || !self.within_depth(point.depth, 0) {
+            return;
+        }
+        let weighted = point.throughput * lamp.irradiance * cosine;
+        let pending = Pending { walk: 0, pixel: point.pixel, weighted, bias_share: 0.0 };
+        reflect(lamp.direction, point, pending, out);
+    }
+}
+
+/// Light of one direction from a lamp, at a receiver.
+#[derive(Debug, Clone, Copy)]
+pub struct LampSample {
+    pub direction: Vec3,
+    /// Normal to the direction, over the density of the sample [W/m²].
+    pub irradiance: Rgb,
+}
+
+/// Applies the BSDF of a visible point, or asks for it.
+fn reflect<S: Sink>(light: Vec3, point: &PointRecord, mut pending: Pending, out: &mut Gathered<S>) {
+    match point.lobe {
+        Lobe::Lambertian(_) if light.dot(point.normal) >= 0.0 => {}
+        Lobe::Lambertian(reflectance) => {
+            pending.weighted = pending.weighted * reflectance * std::f32::consts::FRAC_1_PI;
+            out.keep(Family::Surface, pending);
+        }
+        Lobe::Stored(stored) => {
+            out.asked.surface(SurfacePair { point: stored, photon: light }, pending);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Photons as pairs and photon maps see them, read from the vertices of walks.
 
 use crate::math::Rgb;
+use crate::plan::Plan;
 use crate::scene::{photon_event, PhotonVertices};
 use glam::Vec3;
 
@@ -78,6 +79,8 @@ pub struct SurfacePhoton {
     pub flux: Rgb,
     pub depth: u32,
     pub walk: u32,
+    /// Whether visible points find this light by themselves, on the viewer's side. [Connection]
+    pub is_found: bool,
 }
 
 /// What a vertex gives to a density estimate.
@@ -88,11 +91,20 @@ pub enum Event {
     Surface(SurfacePhoton),
 }
 
+/// Whether receivers find by themselves what comes along a lane's segment. [Connection]
+pub fn is_found(v: &PhotonVertices, lane: usize, plan: &Plan) -> bool {
+    plan.connections && v.event[lane] & photon_event::STRAIGHT != 0
+}
+
 /// The photon at the end of a lane's segment. Walks that end here because their flux is no longer
 /// finite, and photons that are not, add to `dropped`.
-pub fn event(v: &PhotonVertices, lane: usize, dropped: &mut u64) -> Event {
+pub fn event(v: &PhotonVertices, lane: usize, plan: &Plan, dropped: &mut u64) -> Event {
     *dropped += u64::from(v.event[lane] & photon_event::INVALID != 0);
-    let event = v.event[lane] & !photon_event::INVALID;
+    let event = photon_event::kind(v.event[lane]);
+    let is_found = is_found(v, lane, plan);
+    if event == photon_event::MEDIUM && is_found {
+        return Event::Nothing;
+    }
     if event == photon_event::NONE {
         return Event::Nothing;
     }
@@ -107,5 +119,13 @@ pub fn event(v: &PhotonVertices, lane: usize, dropped: &mut u64) -> Event {
         return Event::Medium(MediumPhoton { position, direction, flux, medium, depth, walk });
     }
     let geometric_normal = v.geometric_normal.get(lane);
-    Event::Surface(SurfacePhoton { position, direction, geometric_normal, flux, depth, walk })
+    Event::Surface(SurfacePhoton {
+        position,
+        direction,
+        geometric_normal,
+        flux,
+        depth,
+        walk,
+        is_found,
+    })
 }

@@ -1,9 +1,11 @@
 //! Photon beams: the ways of photons through media, from one vertex to the next. [Jarosz 2011]
 
 use super::extent::{far, visible_length};
+use super::photon::is_found;
 use super::tabulate::{tabulate, Crossing};
 use crate::math::{Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
+use crate::plan::Plan;
 use crate::scene::*;
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
@@ -146,16 +148,15 @@ impl PhotonBeams {
     pub fn of_vertices(
         kind: BeamKind,
         scene: &dyn Scene,
-        media: &[Medium],
+        plan: &Plan,
         v: &PhotonVertices,
         rng: &mut Pcg64Mcg,
     ) -> SceneResult<Self> {
-        let bounds = &scene.description().bounds;
+        let (media, bounds) = (&plan.media, &scene.description().bounds);
         let of_lane = |lane| PhotonBeam::of_lane(kind, media, bounds, v, lane);
-        let mut out = PhotonBeams {
-            beams: (0..v.event.len()).filter_map(of_lane).collect(),
-            ..PhotonBeams::default()
-        };
+        let lanes = (0..v.event.len()).filter(|&lane| !is_found(v, lane, plan));
+        let mut out =
+            PhotonBeams { beams: lanes.filter_map(of_lane).collect(), ..PhotonBeams::default() };
         out.tabulate(scene, media, rng)?;
         Ok(out)
     }

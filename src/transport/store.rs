@@ -62,8 +62,7 @@ impl Storage<'_> {
         let walks = Walks { scene, plan, count: batch.lanes, with_segments };
         let counters = walks.trace(&mut numbers, |vertices, counters| {
             if let (Particles::Beams(kind), true) = (self.particles, self.wanted.medium) {
-                let (media, tables) = (&plan.media, &mut tables);
-                let beams = PhotonBeams::of_vertices(kind, scene, media, vertices, tables)?;
+                let beams = PhotonBeams::of_vertices(kind, scene, plan, vertices, &mut tables)?;
                 counters.photon_table_samples += beams.table_samples;
                 stored.beams.append(beams);
             }
@@ -75,7 +74,7 @@ impl Storage<'_> {
 
     fn keep(&self, v: &PhotonVertices, stored: &mut StoredPhotons, counters: &mut Counters) {
         for lane in 0..v.event.len() {
-            match photon::event(v, lane, &mut counters.dropped_photons) {
+            match photon::event(v, lane, self.plan, &mut counters.dropped_photons) {
                 Event::Surface(photon) if self.wanted.surface => stored.on_surfaces.push(photon),
                 Event::Medium(photon) if self.wanted.medium && self.keeps(&photon) => {
                     stored.in_media.push(photon);

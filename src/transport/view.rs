@@ -8,6 +8,7 @@ use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::plan::Plan;
 use crate::scene::*;
 use crate::transport::cone::DirectionCone;
+use crate::transport::connect::connect;
 use crate::transport::counters::Counters;
 use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
 use crate::transport::photon::PerFamily;
@@ -66,6 +67,8 @@ pub struct ViewPaths {
     /// Distance travelled from the eye to the middle of each beam and to each point [length].
     pub beam_distances: Vec<f32>,
     pub point_distances: Vec<f32>,
+    /// The medium on the viewer's side of each point.
+    pub point_media: Vec<u32>,
     /// Film position (x, y), directly seen radiance and alpha of each path.
     pub film: Vec<[f32; 2]>,
     pub emission: Vec<Rgb>,
@@ -101,6 +104,9 @@ pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneRes
     paths.counters.view_beams = paths.beams.len() as u64;
     paths.counters.visible_points = paths.points.len() as u64;
     paths.store_points(scene)?;
+    if plan.connections {
+        connect(scene, plan, seed, jitter, &mut paths)?;
+    }
     Ok(paths)
 }
 
@@ -127,6 +133,7 @@ impl ViewPaths {
         self.points.append(&mut other.points);
         self.beam_distances.append(&mut other.beam_distances);
         self.point_distances.append(&mut other.point_distances);
+        self.point_media.append(&mut other.point_media);
         self.film.append(&mut other.film);
         self.emission.append(&mut other.emission);
         self.alpha.append(&mut other.alpha);
@@ -436,6 +443,7 @@ impl<'a> Tracer<'a> {
             Lobe::Stored(self.out.stored.len() as u32 - 1)
         };
         self.out.point_distances.push(path.distance);
+        self.out.point_media.push(v.medium[lane]);
         self.out.points.push(PointRecord {
             position: v.position.get(lane),
             geometric_normal: v.geometric_normal.get(lane),

@@ -16,32 +16,47 @@ pub struct Power {
     pub block: f64,
 }
 
-/// A method of the integrator, with the share of a case's photons that it gets.
+/// A column of the table: a method of the integrator, with the share of a case's photons that it gets.
 pub struct Method {
     pub name: &'static str,
+    pub method: &'static str,
+    /// Other parameters.
+    pub settings: &'static [(&'static str, &'static str)],
     pub photons: f64,
     pub power: Power,
 }
 
 const fn in_full(name: &'static str) -> Method {
-    Method { name, photons: 1.0, power: Power { image: 0.02, block: 0.08 } }
+    let power = Power { image: 0.02, block: 0.08 };
+    Method { name, method: name, settings: &[], photons: 1.0, power }
 }
+
+/// `ppt` where photons carry what connections cannot. A sample of a lamp for each ray and jitter takes more jitters.
+const CONNECTIONS: Method = Method {
+    name: "ppt_connections",
+    method: "ppt",
+    settings: &[("connections", "true"), ("jitter_every", "1")],
+    photons: 0.5,
+    power: Power { image: 0.035, block: 0.16 },
+};
 
 /// The other methods share receivers, radii and film with `ppt`. What is theirs, the weights of
 /// photons and beams, shows in the whole image: half the precision costs a quarter of the photons.
 const fn at_half_precision(name: &'static str, photons: f64) -> Method {
-    Method { name, photons: photons / 4.0, power: Power { image: 0.035, block: 0.16 } }
+    let power = Power { image: 0.035, block: 0.16 };
+    Method { name, method: name, settings: &[], photons: photons / 4.0, power }
 }
 
 /// Chains give a third of their effort to the uniform stream, which the mean of the image hangs on.
 /// Beams bring many pairs each.
-pub const METHODS: [Method; 6] = [
+pub const METHODS: [Method; 7] = [
     in_full("ppt"),
     at_half_precision("ppbt", 0.7),
     at_half_precision("ppt_metro", 3.5),
     at_half_precision("ppbt_metro", 2.0),
     at_half_precision("apa", 1.0),
     at_half_precision("ppb", 0.7),
+    CONNECTIONS,
 ];
 
 /// How a scene is rendered: passes of `photons` emitted walks each, starting with these radii in

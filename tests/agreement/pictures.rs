@@ -79,10 +79,15 @@ fn load<'a>(
         ("surface_radius", (radius_scale * case.surface_radius).to_string()),
         ("medium_radius", (radius_scale * case.medium_radius).to_string()),
     ];
+    let own = method.settings.iter().map(|&(name, value)| (name.to_owned(), value.to_owned()));
     let file = SceneFile {
         path: agreement_folder("scenes").join(format!("{}.xml", case.scene)),
-        method: Some(method.name.to_owned()),
-        settings: settings.map(|(name, value)| (name.to_owned(), value)).into(),
+        method: Some(method.method.to_owned()),
+        settings: settings
+            .map(|(name, value)| (name.to_owned(), value))
+            .into_iter()
+            .chain(own)
+            .collect(),
         ..SceneFile::default()
     };
     session.load(&file).map_err(|e| e.to_string())

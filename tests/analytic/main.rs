@@ -9,6 +9,7 @@
 //! notices a tenth of that.
 
 mod arithmetic;
+mod connections;
 mod convergence;
 mod furnace;
 mod room;

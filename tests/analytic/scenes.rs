@@ -122,6 +122,23 @@ pub fn assert_film(
     }
 }
 
+/// As [`assert_film`], with the relative fault that has to be noticed.
+#[track_caller]
+pub fn assert_film_noticing(
+    detectable: f64,
+    name: &str,
+    contents: Contents,
+    parameters: &Parameters,
+    expected: [f64; 3],
+    bias: f64,
+) {
+    let means = film_means(&World::new(contents), parameters, SEEDS);
+    for (channel, values) in means.iter().enumerate() {
+        let name = format!("{name}, channel {channel}");
+        Estimate::of(values).assert_noticing(detectable, &name, expected[channel], bias);
+    }
+}
+
 /// Checks that it makes no difference whether the engine evaluates scattering functions and extinctions
 /// by itself or asks the scene for each value.
 #[track_caller]

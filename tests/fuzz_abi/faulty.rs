@@ -230,6 +230,12 @@ impl Scene for Faulty<'_> {
         self.spoil_values(out)
     }
 
+    fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()> {
+        self.inner.lamp_light(places, numbers, out)?;
+        self.spoil_values(&mut out.direction)?;
+        self.spoil_values(&mut out.irradiance)
+    }
+
     fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
         self.strike()?;
         self.inner.splat(samples, storage)

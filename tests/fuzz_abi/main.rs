@@ -117,7 +117,7 @@ prop_compose! {
         floats in [odd_float(), odd_float(), odd_float()],
         target_error in prop_oneof![Just(0.0), any::<f64>()],
         timeout in prop_oneof![Just(0.0), any::<f64>()],
-        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 2]>()),
+        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 3]>()),
     ) -> RawParameters {
         let names = [&method, &schedule, &shooting, &beams, &effects];
         let names = names.map(|name| name.replace('\0', ""));
@@ -130,6 +130,7 @@ prop_compose! {
         (numbers.passes, numbers.threads, numbers.seed) = (passes, threads, seed);
         numbers.hide_emitters = flags[0].into();
         numbers.estimate_error = flags[1].into();
+        numbers.connections = flags[2].into();
         raw
     }
 }

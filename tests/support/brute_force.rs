@@ -302,7 +302,7 @@ fn scatter(
             for lane in 0..vertices.event.len() {
                 let photon = Photon::from_lane(&vertices, lane);
                 let max_depth = parameters.limits.max_depth;
-                match vertices.event[lane] {
+                match photon_event::kind(vertices.event[lane]) {
                     photon_event::MEDIUM => photon.light_beams(
                         scene,
                         view,

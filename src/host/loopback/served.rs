@@ -84,6 +84,7 @@ impl<'a> ServedScene<'a> {
             eval_phase,
             store_points,
             eval_bsdf,
+            lamp_light,
             splat,
             last_error,
         }
@@ -470,6 +471,33 @@ unsafe extern "C" fn eval_bsdf(
             photon_direction: planes(count, photon_direction),
         };
         answer(out, |values| served(context).scene.eval_bsdf(&pairs, values))
+    })
+}
+
+unsafe extern "C" fn lamp_light(
+    context: *mut c_void,
+    count: u32,
+    medium: *const u32,
+    position: *const f32,
+    normal: *const f32,
+    numbers: *const f32,
+    direction: *mut f32,
+    irradiance: *mut f32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let count = count as usize;
+        let places = Places {
+            medium: from_raw_parts(medium, count).to_vec(),
+            position: planes(count, position),
+            normal: planes(count, normal),
+        };
+        let numbers = from_raw_parts(numbers, LAMP_DIMENSIONS * count);
+        let mut light = LampLight::default();
+        served(context).scene.lamp_light(&places, numbers, &mut light)?;
+        put(light.direction.as_slice(), direction);
+        put(light.irradiance.as_slice(), irradiance);
+        Ok(())
     })
 }
 

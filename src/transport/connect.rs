@@ -1,0 +1,134 @@
+//! Connections: what comes straight from lamps is looked for from visible points and view beams, one sample each, and
+//! photons leave it out. [Connection]
+
+use super::beam_sample;
+use super::counters::Counters;
+use super::deposits::{Deposit, Sink};
+use super::pairs::{Gathered, LampSample, Pairs};
+use super::photon::Family;
+use super::view::ViewPaths;
+use crate::density::radius::Radii;
+use crate::effect::Effect;
+use crate::math::uniform::{self, Purpose};
+use crate::plan::Plan;
+use crate::scene::*;
+use glam::Vec3;
+use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
+
+/// Adds to what the ray paths of one jitter see directly what lamps light up for them.
+pub fn connect(
+    scene: &dyn Scene,
+    plan: &Plan,
+    seed: u64,
+    jitter: u64,
+    paths: &mut ViewPaths,
+) -> SceneResult<()> {
+    let stream = |purpose, batch: Batch| uniform::stream(seed, purpose, jitter, batch.number);
+    let connector = Connector { scene, pairs: Pairs::new(plan, paths, Radii::default()) };
+    let mut parts = Vec::new();
+    if plan.simulates(Effect::SurfaceGathering) {
+        parts.extend(scene.batching().run_all(paths.points.len() as u64, |batch| {
+            connector.points(range(batch), &mut stream(Purpose::LampsOfPoints, batch))
+        })?);
+    }
+    parts.extend(scene.batching().run_all(paths.beams.len() as u64, |batch| {
+        connector.beams(range(batch), &mut stream(Purpose::LampsOfBeams, batch))
+    })?);
+    for (found, counters) in parts {
+        for (pixel, radiance) in found.0 {
+            paths.emission[pixel as usize] += radiance;
+        }
+        paths.counters.add(&counters);
+    }
+    Ok(())
+}
+
+fn range(batch: Batch) -> Range<usize> {
+    batch.first as usize..batch.first as usize + batch.lanes
+}
+
+struct Connector<'a> {
+    scene: &'a dyn Scene,
+    pairs: Pairs<'a>,
+}
+
+impl Connector<'_> {
+    fn points(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
+        let paths = self.pairs.paths;
+        let points = &paths.points[range.clone()];
+        let places = Places {
+            medium: paths.point_media[range].to_vec(),
+            position: Planes::push_all(points.iter().map(|point| point.position)),
+            normal: Planes::push_all(points.iter().map(|point| point.geometric_normal)),
+        };
+        let lamps = self.lamps(&places, rng)?;
+        let mut out = Gathered::new(Found::default());
+        for (point, lamp) in points.iter().zip(lamps) {
+            self.pairs.lamp_on_point(lamp, point, &mut out);
+        }
+        self.resolve(out, points.len())
+    }
+
+    fn beams(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
+        let paths = self.pairs.paths;
+        let mut drawn = Vec::new();
+        for beam in &paths.beams[range] {
+            let numbers = [uniform::next(rng), uniform::next(rng)];
+            if let Some(place) = beam_sample::draw(paths, self.pairs.media, beam, numbers) {
+                drawn.push((beam, place));
+            }
+        }
+        let position = drawn.iter().map(|(beam, place)| beam.segment.at(place.t));
+        let places = Places {
+            medium: drawn.iter().map(|(beam, _)| beam.medium).collect(),
+            position: Planes::push_all(position),
+            normal: Planes::push_all(drawn.iter().map(|_| Vec3::ZERO)),
+        };
+        let lamps = self.lamps(&places, rng)?;
+        let mut out = Gathered::new(Found::default());
+        for ((beam, place), lamp) in drawn.iter().zip(lamps) {
+            self.pairs.lamp_on_beam(lamp, beam, place.t, place.density, &mut out);
+        }
+        self.resolve(out, drawn.len())
+    }
+
+    fn lamps(&self, places: &Places, rng: &mut Pcg64Mcg) -> SceneResult<Vec<LampSample>> {
+        let lanes = places.medium.len();
+        if lanes == 0 {
+            return Ok(Vec::new());
+        }
+        let (mut numbers, mut light) = (Vec::new(), LampLight::default());
+        uniform::fill(rng, &mut numbers, LAMP_DIMENSIONS * lanes);
+        self.scene.lamp_light(places, &numbers, &mut light)?;
+        let of_lane = |lane| LampSample {
+            direction: light.direction.get(lane),
+            irradiance: light.irradiance.rgb(lane),
+        };
+        Ok((0..lanes).map(of_lane).collect())
+    }
+
+    /// What was found, and what of the counters is not about photons.
+    fn resolve(&self, found: Gathered<Found>, places: usize) -> SceneResult<(Found, Counters)> {
+        let (found, counters) = found.resolve(self.scene)?;
+        let Counters { dropped_deposits, directional_pairs, .. } = counters;
+        let connections = places as u64;
+        let counters =
+            Counters { connections, dropped_deposits, directional_pairs, ..Counters::default() };
+        Ok((found, counters))
+    }
+}
+
+/// Radiance by pixel.
+#[derive(Default)]
+struct Found(Vec<(u32, crate::math::Rgb)>);
+
+impl Sink for Found {
+    fn push(&mut self, _: u32, _: Family, deposit: Deposit) {
+        self.0.push((deposit.pixel, deposit.radiance));
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.0.append(&mut other.0);
+    }
+}

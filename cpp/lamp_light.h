@@ -32,6 +32,8 @@ public:
                  UnpolarizedSpectrum(1.f), 0u, lit, true };
         go(way, seed);
         UnpolarizedSpectrum irradiance = dr::select(lit, unpolarized_spectrum(value) * way.passed, 0.f);
+        // Mitsuba's density for a lamp of less than some 3e-4 of its distance is infinite: let that be seen and counted.
+        dr::masked(irradiance, lit && !dr::isfinite(ds.pdf)) = dr::NaN<Float>;
         return { dr::select(lit, -ds.d, Vector3f(0.f)), irradiance };
     }
 

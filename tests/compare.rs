@@ -213,6 +213,23 @@ fn contestants_in_another_variant_render_the_same_picture() {
 }
 
 #[test]
+fn contestants_with_parameters_of_their_own_render_with_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = "--methods ppt,ppt+photons=500 --time 1.5 --seeds 1 -o out --reference-time 1 --reference-method volpath";
+    let output = compare(folder.path(), words);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let results = results(folder.path());
+    let methods = results["methods"].as_array().unwrap();
+    assert_eq!(methods[1]["name"], "ppt+photons=500");
+    let work = |method: usize| {
+        let snapshots = methods[method]["runs"][0]["snapshots"].as_array().unwrap();
+        snapshots.last().unwrap()["work"].as_u64().unwrap()
+    };
+    // Far fewer photons per pass make far more passes.
+    assert!(work(1) > 3 * work(0), "{} {}", work(0), work(1));
+}
+
+#[test]
 fn variant_that_cannot_start_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let words = ["--methods", "ppt,volpath@llvm_ad_rgb", "-o", "out"];
@@ -279,6 +296,9 @@ fn mistakes_are_refused_before_any_rendering() {
         ("--methods vpt", &["unknown method or integrator \"vpt\"", "ppt_metro"]),
         ("--methods ppt,ppt", &["\"ppt\" twice"]),
         ("--methods ,", &["empty name"]),
+        ("--methods ppt+photons", &["\"photons\"", "NAME=VALUE"]),
+        ("--methods volpath+rr_depth=3", &["\"volpath\"", "only vpt's methods"]),
+        ("--methods ppt,ppt+alpha=2", &["alpha is 2"]),
         ("--methods ppt,volpath@fast", &["unknown variant \"fast\"", "llvm_ad_rgb"]),
         ("--reference-method mlt", &["--reference-method", "\"mlt\"", "volpath"]),
         ("--time 0", &["--time is 0", "above 0"]),

@@ -131,7 +131,7 @@ pub struct CompareArguments {
     /// Mitsuba scene (XML)
     pub scene: PathBuf,
     /// Methods of vpt (ppt, ppbt, ppt_metro, ppbt_metro, apa, ppb) and Mitsuba's integrators;
-    /// NAME@VARIANT renders in another variant than the others
+    /// NAME@VARIANT renders in another variant than the others, and NAME+PARAMETER=VALUE with another parameter
     #[arg(
         long,
         value_name = "NAMES",

@@ -110,7 +110,7 @@ impl Counters {
     fn dropped_warnings(&self) -> Vec<String> {
         [
             (self.dropped_photons, "photons"),
-            (self.dropped_deposits, "contributions of photons"),
+            (self.dropped_deposits, "contributions"),
             (self.dropped_view_rays, "view rays"),
         ]
         .into_iter()

@@ -2,6 +2,7 @@
 
 use super::contestants::{Contestant, Preparation};
 use super::entrant::Entrant;
+use super::error::CompareError;
 use super::meaning::{Ground, Meaning};
 use super::protocol::Order;
 use super::remote::Remote;
@@ -26,7 +27,8 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Finds out what a name means. One that renders in another variant is tried in a process of its own.
+    /// Finds out what a name means. One that renders in another variant, or with parameters of its own, is tried in a process of
+    /// its own.
     pub fn find(
         entrant: &Entrant,
         file: &SceneFile,
@@ -34,8 +36,11 @@ impl Entry {
         scene: &Parameters,
     ) -> Result<Self> {
         let meaning = Meaning::find(&entrant.integrator, ground.session, scene)?;
-        let elsewhere = (entrant.variant != ground.session.variant())
-            .then(|| Order::new(entrant, file, ground.sensor));
+        if !entrant.settings.is_empty() && !matches!(meaning, Meaning::Ours(_)) {
+            return Err(CompareError::SettingsOfMitsubas(entrant.integrator.clone()).into());
+        }
+        let apart = entrant.variant != ground.session.variant() || !entrant.settings.is_empty();
+        let elsewhere = apart.then(|| Order::new(entrant, file, ground.sensor));
         if let Some(order) = &elsewhere {
             drop(Remote::start(order)?);
         }

@@ -15,6 +15,12 @@ pub enum CompareError {
         "--methods holds an empty name; write names with commas between them, such as ppt,volpath"
     )]
     EmptyMethod,
+    #[error("--methods has the parameter \"{0}\"; write NAME=VALUE, such as ppt+connections=true")]
+    BadSetting(String),
+    #[error(
+        "--methods gives \"{0}\" parameters, but only vpt's methods take some; leave them out"
+    )]
+    SettingsOfMitsubas(String),
     #[error("--methods names \"{0}\" twice; keep one of them")]
     MethodTwice(String),
     #[error("{option} is {seconds}, but must be a number of seconds above 0")]

@@ -52,7 +52,7 @@ impl Order {
         Order {
             scene: file.path.clone(),
             defines: file.defines.clone(),
-            settings: file.settings.clone(),
+            settings: file.settings.iter().chain(&entrant.settings).cloned().collect(),
             integrator: entrant.integrator.clone(),
             variant: entrant.variant.clone(),
             sensor,

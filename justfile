@@ -48,6 +48,11 @@ results FOLDER="reproduction":
 bench:
     cargo bench
 
+# Measure, and write docs/PERFORMANCE.md
+performance:
+    cargo build --release
+    benches/performance.sh
+
 fmt:
     cargo fmt
 

@@ -8,12 +8,15 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use criterion::{criterion_group, criterion_main, BenchmarkId, Criterion, Throughput};
+use criterion::measurement::WallTime;
+use criterion::{
+    criterion_group, criterion_main, BenchmarkGroup, BenchmarkId, Criterion, Throughput,
+};
 use glam::Vec3;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use vpt::math::Segment;
-use vpt::tree::{PhotonBeams, PhotonDisks, ViewBeamTree, ViewPointTree};
+use vpt::tree::{ApexGrid, PhotonBeams, PhotonDisks, ViewBeamTree, ViewPointTree};
 
 const PAIRS: f64 = 10.0;
 const PHOTONS: usize = 1 << 16;
@@ -70,7 +73,57 @@ fn beams(criterion: &mut Criterion) {
                 sum
             });
         });
+        apex_grid(&mut group, &segments, radius, &photons);
+        accepted_pairs(&mut group, &segments, radius, &photons);
     }
+}
+
+/// The same beams in the grid that photon points use for a pinhole's.
+fn apex_grid(
+    group: &mut BenchmarkGroup<WallTime>,
+    segments: &[Segment],
+    radius: f32,
+    photons: &[Vec3],
+) {
+    let indexed: Vec<_> = (0u32..).zip(segments.iter().copied()).collect();
+    let grid = ApexGrid::build(&indexed).expect("the beams meet in a point");
+    group.bench_function(BenchmarkId::new("grid_query", segments.len()), |bencher| {
+        let mut next = photons.iter().cycle();
+        bencher.iter(|| {
+            let mut sum = 0.0;
+            let &p = next.next().unwrap_or(&Vec3::ZERO);
+            grid.query(p, radius, |_, t, distance_squared| sum += t + distance_squared);
+            sum
+        });
+    });
+}
+
+/// A loop over the very pairs that queries accept, with no search at all: what a search can come near to.
+fn accepted_pairs(
+    group: &mut BenchmarkGroup<WallTime>,
+    segments: &[Segment],
+    radius: f32,
+    photons: &[Vec3],
+) {
+    let tree = ViewBeamTree::build(segments);
+    let pairs: Vec<Vec<u32>> = photons
+        .iter()
+        .map(|&p| {
+            let mut found = Vec::new();
+            tree.query(p, radius, |index, _, _| found.push(index));
+            found
+        })
+        .collect();
+    group.bench_function(BenchmarkId::new("no_search", segments.len()), |bencher| {
+        let mut next = photons.iter().zip(&pairs).cycle();
+        bencher.iter(|| {
+            let (&p, found) = next.next().expect("there are photons");
+            found.iter().fold(0.0, |sum, &index| {
+                let (t, distance_squared) = segments[index as usize].project(p);
+                sum + t + distance_squared
+            })
+        });
+    });
 }
 
 fn points(criterion: &mut Criterion) {

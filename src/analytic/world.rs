@@ -128,8 +128,8 @@ impl World {
     /// single precision.
     fn point_at(&self, ray: &Ray, skips_emitters: bool) -> StoredPoint {
         let hit = self.intersect_where(ray, |surface| {
-            matches!(surface.material, Material::Lambertian { .. })
-                && !(skips_emitters && !surface.emission.is_zero())
+            let is_seen = !skips_emitters || surface.emission.is_zero();
+            is_seen && matches!(surface.material, Material::Lambertian { .. })
         });
         let nothing = StoredPoint { normal: DVec3::ZERO, reflectance: Rgb::ZERO };
         hit.map_or(nothing, |hit| {

@@ -16,8 +16,13 @@ pub fn begin<'a>(
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = UniformShooter::new(parameters.seed);
     let jitter_every = parameters.jitter_every;
-    let run =
-        Run::new(scene, parameters, KernelDimensions::POINTS, jitter_every, Receivers::build)?;
+    let run = Run::new(
+        scene,
+        parameters,
+        KernelDimensions::POINTS,
+        jitter_every,
+        Receivers::build_for_points,
+    )?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Points);
         Ok(shooter.shoot(&target, pass.number, parameters.photons, sums)?)

@@ -16,8 +16,13 @@ pub fn begin<'a>(
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = ChainShooter::new(parameters.seed, parameters.chains);
     let jitter_every = parameters.jitter_every;
-    let run =
-        Run::new(scene, parameters, KernelDimensions::POINTS, jitter_every, Receivers::build)?;
+    let run = Run::new(
+        scene,
+        parameters,
+        KernelDimensions::POINTS,
+        jitter_every,
+        Receivers::build_for_points,
+    )?;
     Ok(run.with_pass(move |pass, sums| {
         if pass.receivers_changed {
             shooter.receivers_changed();

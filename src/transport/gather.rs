@@ -130,7 +130,7 @@ impl Query<'_> {
             Task::Beams(first) => {
                 for beam in &self.beams.beams[range(first, self.beams.beams.len())] {
                     out.counters.medium_photons += 1;
-                    let tree = &self.target.receivers.beam_tree;
+                    let tree = self.target.receivers.beam_tree();
                     tree.query_segment(
                         &beam.segment,
                         self.pairs.radii.medium,
@@ -178,7 +178,7 @@ impl Query<'_> {
             return;
         }
         out.counters.medium_photons += 1;
-        receivers.beam_tree.query(p.position, radii.medium, |index, t, d2| {
+        receivers.beams_around(p.position, radii.medium, |index, t, d2| {
             let beam = &paths.beams[index as usize];
             if are_points {
                 self.pairs.point_on_beam(p, beam, t, d2, out);

@@ -5,18 +5,23 @@
 //! that led it there, asks [`ViewBeamTree`] for the view beams around it; one that lands on a surface
 //! asks [`ViewPointTree`] for the visible points.
 //!
+//! Photon points find the beams that leave a pinhole in [`ApexGrid`] instead, which has the same pairs sooner; the tree then
+//! holds the others.
+//!
 //! Two are built once per pass, over its photons, and asked by the view beams: [`PhotonDisks`]
 //! [Jarosz 2008] has the pairs of [`ViewBeamTree::query`], [`PhotonBeams`] [Jarosz 2011] those of
 //! [`ViewBeamTree::query_segment`], bit by bit. Both stand on the hierarchy [`Bvh`].
 //!
 //! None knows a radius: it shrinks from pass to pass and is an argument of each query.
 
+pub mod apex_grid;
 pub mod bvh;
 pub mod photon_beams;
 pub mod photon_disks;
 pub mod view_beam;
 pub mod view_point;
 
+pub use apex_grid::ApexGrid;
 pub use bvh::Bvh;
 pub use photon_beams::PhotonBeams;
 pub use photon_disks::PhotonDisks;

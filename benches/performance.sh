@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# Writes docs/PERFORMANCE.md: what `benches/performance.sh` measures on the machine that it runs on, word for word.
+# Takes half an hour; nothing else should run beside it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+out=docs/PERFORMANCE.md
+part=$(mktemp)
+pictures=$(mktemp -d)
+trap 'rm -rf "$part" "$pictures"' EXIT
+
+# What a command prints on stdout, without colours.
+measured() {
+    local command=$1
+    printf '```sh\n%s\n```\n\n```text\n' "$command"
+    bash -c "$command" 2>/dev/null | sed -E 's/\x1b\[[0-9;]*m//g; s/[[:space:]]+$//' | grep -vE '^$|^(Gnuplot|Benchmarking)'
+    printf '```\n\n'
+}
+
+contestants='ppt,ppt+connections=true+jitter_every=1+photons=20000,ppt_metro,ppt_metro+connections=true+jitter_every=1+photons=20000,volpath'
+
+{
+    cat <<TEXT
+# Performance
+
+Written by \`just performance\`, which runs every command below and copies what it prints. Read ratios within one table: machines differ, and
+this one drifts.
+
+Machine: $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores;
+$(rustc --version); commit $(git rev-parse --short HEAD).
+
+## Error for time
+
+Equal wall time for all, Dr.Jit's LLVM variant on all cores. \`ppt+connections=true...\` are the same methods with the lamps looked for from
+the receivers, new view rays for every pass and about a photon per pixel.
+
+TEXT
+    for scene in caustic_fog window_room cornell_fog smoke; do
+        printf '### %s\n\n' "$scene"
+        measured "target/release/vpt compare mitsuba_scenes/$scene/scene.xml --variant llvm_ad_rgb -D resx=160 -D resy=160 \\
+    --methods $contestants \\
+    --time 12 --seeds 2 --reference-time 60 -q -o $pictures/$scene" | sed "s#$pictures#out#"
+    done
+    cat <<'TEXT'
+## Walks
+
+Vertices per second of photon walks, one thread: through the seam (batches, C ABI, outputs), and in a bare C++ loop of the same calls of Mitsuba.
+
+TEXT
+    measured 'cargo bench --bench photon_walk'
+    cat <<'TEXT'
+## Queries
+
+Time per photon in the trees over view beams and visible points, ten pairs for the mean photon whatever the number of receivers.
+
+TEXT
+    measured 'cargo bench --bench tree_query'
+    cat <<'TEXT'
+## What a scene does not call for
+
+TEXT
+    measured 'cargo bench --bench effects'
+    cat benches/tried.md
+} >"$part"
+cp "$part" "$out"

@@ -151,7 +151,8 @@ impl Writer<'_> {
         let scale = object.stretch.map(|stretch| stretch * object.radius / own_radius);
         let scale = if is_grey(&scale) { scale[0].to_string() } else { list(&scale) };
         self.line(format!("<transform name=\"to_world\">\n<scale value=\"{scale}\"/>"));
-        let [x, y, z] = object.axis;
+        // Mitsuba takes an axis as it is: one of another length shears, and shapes like cylinders have wrong bounds then.
+        let [x, y, z] = glam::Vec3::from(object.axis).normalize().to_array();
         let degrees = object.degrees;
         self.line(format!("<rotate x=\"{x}\" y=\"{y}\" z=\"{z}\" angle=\"{degrees}\"/>"));
         self.line(format!("<translate value=\"{}\"/>\n</transform>", list(&object.centre)));

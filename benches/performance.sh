@@ -39,7 +39,7 @@ TEXT
         printf '### %s\n\n' "$scene"
         measured "target/release/vpt compare mitsuba_scenes/$scene/scene.xml --variant llvm_ad_rgb -D resx=160 -D resy=160 \\
     --methods $contestants \\
-    --time 12 --seeds 2 --reference-time 60 -q -o $pictures/$scene" | sed "s#$pictures#out#"
+    --time 10 --seeds 2 --reference-time 50 -q -o $pictures/$scene" | sed "s#$pictures#out#"
     done
     cat <<'TEXT'
 ## Walks

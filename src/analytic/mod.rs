@@ -13,6 +13,7 @@ mod dielectric;
 mod emission;
 mod film;
 mod fog;
+mod hosting;
 mod lamp_light;
 mod phase;
 mod photon_walk;

@@ -1,21 +1,14 @@
 use super::camera::Camera;
 use super::emission::{BoundingSphere, Emitter, Lamp};
-use super::film::{self, FILM_CHANNELS};
+use super::film::FILM_CHANNELS;
 use super::fog::{Fog, Profile};
-use super::lamp_light;
-use super::phase;
-use super::photon_walk::Photons;
 use super::ray::{Hit, Ray};
 use super::surface::{Material, Surface};
-use super::view_walk::ViewRays;
 use crate::math::{Aabb, Rgb};
 use crate::scene::{
-    Batching, Extinction, FilmSamples, LampLight, Medium, MediumPoints, PathRules, Phase,
-    PhasePairs, PhotonWalk, Places, Planes, PointSegments, Scene, SceneDescription, SceneResult,
-    SensorFacts, SurfacePairs, ViewRayRequest, ViewWalk, VACUUM,
+    Extinction, Medium, MediumPoints, Phase, Planes, SceneDescription, SensorFacts, VACUUM,
 };
 use glam::DVec3;
-use std::f64::consts::PI;
 use std::ops::Add;
 use std::sync::RwLock;
 
@@ -41,9 +34,9 @@ pub struct Contents {
 
 /// A visible point that [`Scene::eval_bsdf`] will be asked about.
 #[derive(Debug, Clone, Copy)]
-struct StoredPoint {
-    normal: DVec3,
-    reflectance: Rgb,
+pub(super) struct StoredPoint {
+    pub normal: DVec3,
+    pub reflectance: Rgb,
 }
 
 /// A closed-form scene.
@@ -52,8 +45,8 @@ pub struct World {
     pub(super) contents: Contents,
     pub(super) emitters: Vec<Emitter>,
     pub(super) bounding_sphere: BoundingSphere,
-    description: SceneDescription,
-    points: RwLock<Vec<StoredPoint>>,
+    pub(super) description: SceneDescription,
+    pub(super) points: RwLock<Vec<StoredPoint>>,
 }
 
 impl World {
@@ -110,7 +103,7 @@ impl World {
     }
 
     /// Coefficients [1/length] at points, by their value where the density is 1.
-    fn coefficients(
+    pub(super) fn coefficients(
         &self,
         points: &MediumPoints,
         coefficient: impl Fn(&Fog) -> Rgb,
@@ -126,7 +119,7 @@ impl World {
 
     /// The visible point at the end of a view segment: the first matt surface, for the segment may start on another one, to
     /// single precision.
-    fn point_at(&self, ray: &Ray, skips_emitters: bool) -> StoredPoint {
+    pub(super) fn point_at(&self, ray: &Ray, skips_emitters: bool) -> StoredPoint {
         let hit = self.intersect_where(ray, |surface| {
             let is_seen = !skips_emitters || surface.emission.is_zero();
             is_seen && matches!(surface.material, Material::Lambertian { .. })
@@ -198,91 +191,4 @@ fn enclose(surfaces: &[Surface], bounds: &Aabb) -> BoundingSphere {
     let center = 0.5 * (bounds.min + bounds.max).as_dvec3();
     let radius = surfaces.iter().map(|surface| surface.shape.reach(center)).fold(0.0, f64::max);
     BoundingSphere { center, radius }
-}
-
-impl Scene for World {
-    fn description(&self) -> &SceneDescription {
-        &self.description
-    }
-
-    fn batching(&self) -> Batching {
-        Batching { lanes: 1024, concurrent: true }
-    }
-
-    fn view_rays<'a>(
-        &'a self,
-        request: &ViewRayRequest,
-        importance: &mut Planes,
-    ) -> SceneResult<Box<dyn ViewWalk + 'a>> {
-        importance.resize(request.lanes);
-        importance.as_mut_slice().fill(1.0);
-        Ok(Box::new(ViewRays::start(self, request)))
-    }
-
-    fn emit<'a>(
-        &'a self,
-        lanes: usize,
-        numbers: &[f32],
-        rules: PathRules,
-    ) -> SceneResult<Box<dyn PhotonWalk + 'a>> {
-        Ok(Box::new(Photons::emit(self, lanes, numbers, rules.limits)))
-    }
-
-    fn extinction(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {
-        self.coefficients(points, |fog| fog.sigma_t, out);
-        Ok(())
-    }
-
-    fn scattering(&self, points: &MediumPoints, out: &mut Planes) -> SceneResult<()> {
-        self.coefficients(points, |fog| fog.sigma_t * fog.albedo, out);
-        Ok(())
-    }
-
-    fn eval_phase(&self, pairs: &PhasePairs, out: &mut Planes) -> SceneResult<()> {
-        out.resize(pairs.medium.len());
-        for (lane, &medium) in pairs.medium.iter().enumerate() {
-            // Of unit length in f64: narrow lobes see the rounding of an f32.
-            let travel = pairs.photon_direction.get(lane).as_dvec3().normalize();
-            let cosine = -travel.dot(pairs.view_direction.get(lane).as_dvec3().normalize());
-            let value = self.fog(medium).map_or(0.0, |fog| phase::eval(fog.phase, cosine));
-            out.set_rgb(lane, Rgb::splat(value as f32));
-        }
-        Ok(())
-    }
-
-    fn store_points(&self, points: &PointSegments) -> SceneResult<()> {
-        let stored = (0..points.origin.lanes()).map(|lane| {
-            let origin = points.origin.get(lane).as_dvec3();
-            let direction = points.direction.get(lane).as_dvec3();
-            self.point_at(
-                &Ray { origin, direction, medium: VACUUM },
-                points.skips_emitters[lane] != 0,
-            )
-        });
-        *self.points.write().expect("no writer panics") = stored.collect();
-        Ok(())
-    }
-
-    fn eval_bsdf(&self, pairs: &SurfacePairs, out: &mut Planes) -> SceneResult<()> {
-        let points = self.points.read().expect("no writer panics");
-        out.resize(pairs.point.len());
-        for (lane, &index) in pairs.point.iter().enumerate() {
-            let point = points[index as usize];
-            let travel = pairs.photon_direction.get(lane).as_dvec3();
-            let same_side = travel.dot(point.normal) < 0.0;
-            let value = if same_side { point.reflectance * (1.0 / PI) as f32 } else { Rgb::ZERO };
-            out.set_rgb(lane, value);
-        }
-        Ok(())
-    }
-
-    fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()> {
-        lamp_light::lamp_light(self, places, numbers, out);
-        Ok(())
-    }
-
-    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
-        film::splat(samples, self.description.film_size, storage);
-        Ok(())
-    }
 }

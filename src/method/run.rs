@@ -8,6 +8,7 @@ use crate::film::{add_bias, add_jitter, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneResult};
+use crate::transport::connect::connect;
 use crate::transport::deposits::PixelSums;
 use crate::transport::footprint::{automatic_radii, resolvable_radii};
 use crate::transport::gather::{Particles, Target};
@@ -338,7 +339,11 @@ impl Ground<'_> {
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
         let clock = Instant::now();
-        let paths = view::trace(self.scene, self.plan, self.parameters.seed, jitter)?;
+        let (plan, seed) = (self.plan, self.parameters.seed);
+        let mut paths = view::trace(self.scene, plan, seed, jitter)?;
+        if plan.connections {
+            connect(self.scene, plan, seed, jitter, &mut paths)?;
+        }
         counters.add(&paths.counters);
         seconds.view += clock.elapsed().as_secs_f64();
         let clock = Instant::now();

@@ -8,7 +8,6 @@ use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::plan::Plan;
 use crate::scene::*;
 use crate::transport::cone::DirectionCone;
-use crate::transport::connect::connect;
 use crate::transport::counters::Counters;
 use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
 use crate::transport::photon::PerFamily;
@@ -104,9 +103,6 @@ pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneRes
     paths.counters.view_beams = paths.beams.len() as u64;
     paths.counters.visible_points = paths.points.len() as u64;
     paths.store_points(scene)?;
-    if plan.connections {
-        connect(scene, plan, seed, jitter, &mut paths)?;
-    }
     Ok(paths)
 }
 

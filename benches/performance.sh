@@ -1,19 +1,23 @@
 #!/usr/bin/env bash
 # Writes docs/PERFORMANCE.md: what `benches/performance.sh` measures on the machine that it runs on, word for word.
-# Takes half an hour; nothing else should run beside it.
+# Takes a quarter of an hour; nothing else should run beside it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 out=docs/PERFORMANCE.md
 part=$(mktemp)
+errors=$(mktemp)
 pictures=$(mktemp -d)
-trap 'rm -rf "$part" "$pictures"' EXIT
+trap 'rm -rf "$part" "$errors" "$pictures"' EXIT
 
 # What a command prints on stdout, without colours.
 measured() {
     local command=$1
     printf '```sh\n%s\n```\n\n```text\n' "$command"
-    bash -c "$command" 2>/dev/null | sed -E 's/\x1b\[[0-9;]*m//g; s/[[:space:]]+$//' | grep -vE '^$|^(Gnuplot|Benchmarking)'
+    bash -c "$command" 2>>"$errors" | sed -E 's/\x1b\[[0-9;]*m//g; s/[[:space:]]+$//' | grep -vE '^$|^(Gnuplot|Benchmarking)' || {
+        cat "$errors" >&2
+        exit 1
+    }
     printf '```\n\n'
 }
 
@@ -39,7 +43,7 @@ TEXT
         printf '### %s\n\n' "$scene"
         measured "target/release/vpt compare mitsuba_scenes/$scene/scene.xml --variant llvm_ad_rgb -D resx=160 -D resy=160 \\
     --methods $contestants \\
-    --time 10 --seeds 2 --reference-time 50 -q -o $pictures/$scene" | sed "s#$pictures#out#"
+    --time 4 --seeds 2 --reference-time 25 -o $pictures/$scene" | sed "s#$pictures#out#"
     done
     cat <<'TEXT'
 ## Walks
@@ -48,13 +52,14 @@ Vertices per second of photon walks, one thread: through the seam (batches, C AB
 
 TEXT
     measured 'cargo bench --bench photon_walk'
-    cat <<'TEXT'
+    cat <<TEXT
 ## Queries
 
-Time per photon in the trees over view beams and visible points, ten pairs for the mean photon whatever the number of receivers.
+Time per photon that looks for view beams, ten pairs for the mean photon whatever their number: \`query\` in the kd-tree, \`grid_query\` in the
+grid over a pinhole's directions, \`no_search\` a loop over the very pairs that both accept.
 
 TEXT
-    measured 'cargo bench --bench tree_query'
+    measured 'cargo bench --bench tree_query -- beams'
     cat <<'TEXT'
 ## What a scene does not call for
 

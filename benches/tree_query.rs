@@ -228,5 +228,10 @@ fn beam_pairs(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, beams, points, disk_pairs, beam_pairs);
+// Criterion's plots want fonts that a machine may lack.
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots();
+    targets = beams, points, disk_pairs, beam_pairs
+}
 criterion_main!(benches);

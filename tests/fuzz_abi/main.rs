@@ -84,6 +84,20 @@ fn a_storage_of_the_wrong_size_is_refused() {
     }
 }
 
+/// Found by the generator below: sums of contributions that are finite each overflowed single precision on the film.
+#[test]
+fn enormous_answers_leave_a_finite_picture() {
+    for method in Method::ALL {
+        for disclosure in [Disclosure::Full, Disclosure::OnRequest] {
+            for call in 0..20 {
+                let world = world(disclosure);
+                let faulty = Faulty::new(&world, Fault::Enormous, call);
+                let _ = checked(render(&faulty, &small([method.name(), "", "", "", ""]), None));
+            }
+        }
+    }
+}
+
 fn odd_integer() -> impl Strategy<Value = i64> {
     prop_oneof![select(vec![i64::MIN, -1, 0, 1, 2, 1 << 32, i64::MAX]), -3_i64..40]
 }

@@ -64,17 +64,11 @@ fn beams(criterion: &mut Criterion) {
             bencher.iter(|| ViewBeamTree::build(black_box(&segments)));
         });
         group.throughput(Throughput::Elements(1));
-        group.bench_function(BenchmarkId::new("query", segments.len()), |bencher| {
-            let mut next = photons.iter().cycle();
-            bencher.iter(|| {
-                let mut sum = 0.0;
-                let &p = next.next().unwrap_or(&Vec3::ZERO);
-                tree.query(p, radius, |_, t, distance_squared| sum += t + distance_squared);
-                sum
-            });
+        per_photon(&mut group, "query", segments.len(), &photons, |p, sum| {
+            tree.query(p, radius, |_, t, distance_squared| *sum += t + distance_squared);
         });
         apex_grid(&mut group, &segments, radius, &photons);
-        accepted_pairs(&mut group, &segments, radius, &photons);
+        accepted_pairs(&mut group, &tree, &segments, radius, &photons);
     }
 }
 
@@ -87,12 +81,24 @@ fn apex_grid(
 ) {
     let indexed: Vec<_> = (0u32..).zip(segments.iter().copied()).collect();
     let grid = ApexGrid::build(&indexed).expect("the beams meet in a point");
-    group.bench_function(BenchmarkId::new("grid_query", segments.len()), |bencher| {
+    per_photon(group, "grid_query", segments.len(), photons, |p, sum| {
+        grid.query(p, radius, |_, t, distance_squared| *sum += t + distance_squared);
+    });
+}
+
+/// Times a query that adds up what it finds.
+fn per_photon(
+    group: &mut BenchmarkGroup<WallTime>,
+    name: &str,
+    beams: usize,
+    photons: &[Vec3],
+    query: impl Fn(Vec3, &mut f32),
+) {
+    group.bench_function(BenchmarkId::new(name, beams), |bencher| {
         let mut next = photons.iter().cycle();
         bencher.iter(|| {
             let mut sum = 0.0;
-            let &p = next.next().unwrap_or(&Vec3::ZERO);
-            grid.query(p, radius, |_, t, distance_squared| sum += t + distance_squared);
+            query(*next.next().expect("there are photons"), &mut sum);
             sum
         });
     });
@@ -101,11 +107,11 @@ fn apex_grid(
 /// A loop over the very pairs that queries accept, with no search at all: what a search can come near to.
 fn accepted_pairs(
     group: &mut BenchmarkGroup<WallTime>,
+    tree: &ViewBeamTree,
     segments: &[Segment],
     radius: f32,
     photons: &[Vec3],
 ) {
-    let tree = ViewBeamTree::build(segments);
     let pairs: Vec<Vec<u32>> = photons
         .iter()
         .map(|&p| {

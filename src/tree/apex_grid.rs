@@ -11,6 +11,7 @@
 //! the roundings that [`super::ViewBeamTree`] allows for) of the line through the apex: the ball of that size around it
 //! touches the line, whose slopes lie between those of the ball's tangents.
 
+use super::beam::Beam;
 use crate::math::Segment;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 
@@ -44,13 +45,6 @@ pub struct ApexGrid {
     starts: Vec<u32>,
     /// By cell.
     beams: Vec<Beam>,
-}
-
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-struct Beam {
-    segment: Segment,
-    index: u32,
 }
 
 impl ApexGrid {
@@ -152,8 +146,7 @@ impl ApexGrid {
             let first = self.starts[row * self.cells[0] + columns[0]] as usize;
             let end = self.starts[row * self.cells[0] + columns[1] + 1] as usize;
             for beam in &self.beams[first..end] {
-                let (t, distance_squared) = beam.segment.project(p);
-                if (distance_squared < radius_squared) & (t >= 0.0) & (t < beam.segment.length) {
+                if let Some((t, distance_squared)) = beam.pair(p, radius_squared) {
                     visit(beam.index, t, distance_squared);
                 }
             }
@@ -183,15 +176,6 @@ impl ApexGrid {
             range[axis] = [self.column(axis, low - wider), self.column(axis, high + wider)];
         }
         Some(range)
-    }
-
-    /// Bytes on the heap.
-    pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.starts[..]) + size_of_val(&self.beams[..])
-    }
-
-    pub fn beams(&self) -> usize {
-        self.beams.len()
     }
 
     /// Checks every invariant that a query relies on and describes the first violation.

@@ -15,6 +15,7 @@
 //! None knows a radius: it shrinks from pass to pass and is an argument of each query.
 
 pub mod apex_grid;
+mod beam;
 pub mod bvh;
 pub mod photon_beams;
 pub mod photon_disks;

@@ -3,8 +3,7 @@
 use crate::method::Method;
 use crate::selftest::case::Case;
 use crate::selftest::trial::{Expected, Trial};
-use crate::selftest::worlds::one_pass;
-use crate::selftest::worlds::POINTS;
+use crate::selftest::worlds::{one_pass, POINTS};
 use crate::selftest::SelftestError;
 use std::f64::consts::PI;
 use std::fmt::Write;

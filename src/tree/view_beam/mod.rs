@@ -13,6 +13,9 @@
 //! `at(t)` lists the beam, for each `t` in `[0, length)`. Since space is tiled, there is one such
 //! leaf. `query` reaches it because it widens the radius by what `project` and `at` may disagree
 //! (derived there too).
+//!
+//! [`Segment::at`]: crate::math::Segment::at
+//! [`Segment::project`]: crate::math::Segment::project
 
 mod build;
 mod query;
@@ -21,8 +24,8 @@ mod validate;
 
 pub use build::{BuildOptions, SplitAxis};
 
+use super::beam::Beam;
 use crate::math::Aabb;
-use crate::math::Segment;
 
 /// A kd-tree over segments that finds those within a radius of a point.
 ///
@@ -76,14 +79,6 @@ impl ViewBeamTree {
             + size_of_val(&self.references[..])
             + size_of_val(&self.beams[..])
     }
-}
-
-/// A segment and its index in the caller's slice; aligned so that a test touches one cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-struct Beam {
-    segment: Segment,
-    index: u32,
 }
 
 /// An interior node or a leaf in eight bytes, as in [Wald 2001].

@@ -80,11 +80,8 @@ impl ViewBeamTree {
     ) {
         for &reference in &self.references[leaf.range()] {
             let beam = &self.beams[reference as usize];
-            let (t, distance_squared) = beam.segment.project(p);
-            // One branch instead of three: nearly all candidates fail, each for another reason.
-            let is_pair =
-                (distance_squared < radius_squared) & (t >= 0.0) & (t < beam.segment.length);
-            if is_pair && leaf.cell.owns(beam.segment.at(t)) {
+            let Some((t, distance_squared)) = beam.pair(p, radius_squared) else { continue };
+            if leaf.cell.owns(beam.segment.at(t)) {
                 visit(beam.index, t, distance_squared);
             }
         }

@@ -21,7 +21,7 @@ fn walks_through_seam(scene: &dyn Scene, walks: u64) -> u64 {
         while photons.lanes() > 0 {
             vertices += photons.lanes() as u64;
             fill(&mut rng, &mut numbers, PHOTON_STEP_DIMENSIONS * photons.lanes());
-            photons.step(&numbers, &mut out).expect("step");
+            photons.step(1, &numbers, &mut out).expect("step");
         }
     }
     vertices

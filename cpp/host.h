@@ -61,7 +61,9 @@ public:
         out.has_aperture = m_sensor->needs_aperture_sample();
         out.warnings = m_warnings.data();
         out.warning_count = (uint32_t) m_warnings.size();
-        out.lanes = Jit ? 1u << 16 : 1u << 10;
+        out.lanes = Jit ? 1u << 17 : 1u << 10;
+        // A call costs as much as so many vertices: Dr.Jit writes and hashes a program, and loads it.
+        out.launch = Jit ? 1u << 15 : 1u;
         out.concurrent = !Jit;
         return out;
     }
@@ -243,10 +245,10 @@ private:
     static int32_t c_photon_alive(void *, void *walk, uint32_t *out) {
         return guarded([&] { static_cast<Photons *>(walk)->alive(out); });
     }
-    static int32_t c_photon_step(void *, void *walk, const float *numbers, const VptPhotonVertices *out,
-                                 uint32_t *alive) {
+    static int32_t c_photon_step(void *, void *walk, uint32_t steps, const float *numbers,
+                                 const VptPhotonVertices *out, uint32_t *alive) {
         return guarded([&] {
-            static_cast<Photons *>(walk)->step(numbers, *out);
+            static_cast<Photons *>(walk)->step(steps, numbers, *out);
             *alive = static_cast<Photons *>(walk)->lanes();
         });
     }

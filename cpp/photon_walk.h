@@ -2,6 +2,7 @@
 #pragma once
 
 #include "roulette.h"
+#include "slots.h"
 #include "tables.h"
 
 namespace vpt {
@@ -57,8 +58,14 @@ public:
         }
     }
 
-    void step(const float *numbers, const VptPhotonVertices &out) {
+    void step(uint32_t steps, const float *numbers, const VptPhotonVertices &out) {
         size_t n = m_lanes;
+        if (m_walks.empty())
+            return;
+        if (steps > 1) {
+            take_steps(steps, numbers, out);
+            return;
+        }
         Writer<Float> writer(n);
         for (size_t e = 0; e < m_walks.size(); ++e) {
             Numbers u{ read<Float>(numbers, n, e), read<Float>(numbers + n, n, e),
@@ -84,6 +91,41 @@ private:
     };
 
     bool simulates(uint32_t effect) const { return (m_rules.effects & effect) != 0; }
+
+    // Several steps in one kernel: a loop, whose vertices go to slots.
+    void take_steps(uint32_t steps, const float *numbers, const VptPhotonVertices &out) {
+        if constexpr (Jit) {
+            size_t n = m_lanes;
+            // Opaque, so that Dr.Jit does not compile a kernel for each number of lanes and steps.
+            UInt32 lanes = dr::opaque<UInt32>((uint32_t) n), end = dr::opaque<UInt32>(steps),
+                   lane = dr::arange<UInt32>(n);
+            Float all = dr::load<Float>(numbers, (size_t) steps * 5 * n);
+            Slots<Float> slots(out, (size_t) steps * n);
+            Walk walk = m_walks[0];
+            UInt32 done = dr::zeros<UInt32>(n);
+            dr::tie(walk, done) = dr::while_loop(
+                dr::make_tuple(walk, done),
+                [end](const Walk &w, const UInt32 &done) { return w.active && done < end; },
+                [&](Walk &w, UInt32 &done) {
+                    auto number = [&](uint32_t i) {
+                        return dr::gather<Float>(all, (done * 5u + i) * lanes + lane, w.active);
+                    };
+                    Numbers u{ number(0), number(1), Point2f(number(2), number(3)), number(4) };
+                    slots.select(done * lanes + lane, w.active);
+                    step(w, u, out, slots, 0);
+                    done += 1u;
+                },
+                "Photon walks");
+            m_walks[0] = walk;
+            slots.schedule();
+            drop_finished(n);
+            slots.flush();
+        } else {
+            DRJIT_MARK_USED(numbers);
+            DRJIT_MARK_USED(out);
+            Throw("a scalar variant takes one step a call, not %u", steps);
+        }
+    }
 
     void emit(const Sensor *sensor, const float *numbers, size_t n, Walk &walk, size_t e) const {
         auto number = [&](size_t i) { return read<Float>(numbers + i * n, n, e); };
@@ -112,7 +154,8 @@ private:
         walk.active = shines && !(walk.emitted <= 0.f) && m_rules.max_depth >= 2;
     }
 
-    void step(Walk &w, const Numbers &u, const VptPhotonVertices &out, Writer<Float> &writer, size_t e) const {
+    template <typename Out>
+    void step(Walk &w, const Numbers &u, const VptPhotonVertices &out, Out &writer, size_t e) const {
         Vector3f direction = w.ray.d;
         Point3f origin = w.ray.o;
         UInt32 medium(VPT_VACUUM);
@@ -168,7 +211,8 @@ private:
     }
 
     // What is known of a segment before its free flight.
-    static void put_start(const Walk &w, const VptPhotonVertices &out, Writer<Float> &writer, size_t e) {
+    template <typename Out>
+    static void put_start(const Walk &w, const VptPhotonVertices &out, Out &writer, size_t e) {
         if (out.segment_origin)
             writer.put3(out.segment_origin, e, w.ray.o);
         if (out.segment_flux)

@@ -11,7 +11,7 @@
 typedef struct VptStats VptStats;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 4
+#define VPT_ABI_VERSION 5
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -48,6 +48,9 @@ typedef struct VptStats VptStats;
 
 // Added where the segment comes straight from a lamp that `lamp_light` finds too.
 #define VPT_PHOTON_STRAIGHT 8
+
+// No segment: the walk had ended within an earlier step of the same call.
+#define VPT_PHOTON_ABSENT 16
 
 // Values of `VptShooting::mode`.
 #define VPT_SHOOTING_OFF 0
@@ -179,6 +182,8 @@ typedef struct VptDescription {
   uint32_t lanes;
   // Nonzero where several threads may call at the same time.
   uint32_t concurrent;
+  // Photon vertices that a call of `photon_step` should yield, where few walks are alive by several steps; at least 1.
+  uint32_t launch;
 } VptDescription;
 
 // Termination rules, and what is simulated.
@@ -219,6 +224,7 @@ typedef struct VptViewVertices {
 
 // See `scene::PhotonVertices` and, for `segment_*`, `scene::PhotonSegments`.
 typedef struct VptPhotonVertices {
+  // Of all steps together.
   uint32_t lanes;
   uint32_t *walk;
   uint32_t *event;
@@ -256,9 +262,11 @@ typedef struct VptHost {
                   uint32_t *alive);
   // Writes the indices, within the batch as it was emitted, of the walks that are alive.
   int32_t (*photon_alive)(void *context, void *walk, uint32_t *out);
-  // Writes one vertex per lane alive before the step and then the number of lanes alive after it.
+  // Takes so many steps, writes for each of them one vertex per lane alive before the first, and then the number of lanes
+  // alive after the last.
   int32_t (*photon_step)(void *context,
                          void *walk,
+                         uint32_t steps,
                          const float *numbers,
                          const struct VptPhotonVertices *out,
                          uint32_t *alive);

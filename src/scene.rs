@@ -186,7 +186,13 @@ pub struct Batching {
     pub lanes: usize,
     /// Whether several threads may drive batches of their own at the same time.
     pub concurrent: bool,
+    /// Photon vertices that a call of [`PhotonWalk::step`] should yield, where few walks by several steps each: what a call
+    /// costs is the less felt. 1 where calls cost nothing.
+    pub launch: usize,
 }
+
+/// Steps that a call of [`PhotonWalk::step`] is asked for at most.
+const MAX_STEPS: usize = 16;
 
 /// A share of a job that is done in batches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -198,6 +204,11 @@ pub struct Batch {
 }
 
 impl Batching {
+    /// How many steps to ask for in one call while so many walks are alive.
+    pub fn steps(self, alive: usize) -> usize {
+        (self.launch / alive.max(1)).clamp(1, MAX_STEPS)
+    }
+
     /// How many batches a job of `lanes` takes.
     pub fn count(self, lanes: u64) -> u64 {
         lanes.div_ceil(self.lanes as u64)
@@ -326,6 +337,19 @@ impl Planes {
         planes
     }
 
+    /// Keeps the lanes named, which ascend.
+    pub fn keep(&mut self, lanes: &[u32]) {
+        let (before, after) = (self.lanes, lanes.len());
+        for component in 0..3 {
+            for (to, &from) in lanes.iter().enumerate() {
+                self.values[component * after + to] =
+                    self.values[component * before + from as usize];
+            }
+        }
+        self.lanes = after;
+        self.values.truncate(3 * after);
+    }
+
     pub fn as_slice(&self) -> &[f32] {
         &self.values
     }
@@ -407,6 +431,8 @@ pub mod photon_event {
     /// Added where the segment comes straight from a lamp that [`super::Scene::lamp_light`] finds too: nothing
     /// scattered the photon before, null boundaries apart.
     pub const STRAIGHT: u32 = 8;
+    /// No segment: the walk had ended within an earlier step of the same call.
+    pub const ABSENT: u32 = 16;
 
     /// The event without what was added to it.
     pub fn kind(event: u32) -> u32 {
@@ -452,6 +478,44 @@ impl PhotonVertices {
             segments.resize(lanes);
         }
     }
+
+    /// No lanes; segments are wanted as here.
+    pub fn like(&self) -> Self {
+        let segments = self.segments.as_ref().map(|_| PhotonSegments::default());
+        PhotonVertices { segments, ..PhotonVertices::default() }
+    }
+
+    /// Drops lanes that are [`photon_event::ABSENT`].
+    pub fn keep_present(&mut self) {
+        let present = |lane: &u32| self.event[*lane as usize] & photon_event::ABSENT == 0;
+        let present: Vec<u32> = (0..self.event.len() as u32).filter(present).collect();
+        if present.len() == self.event.len() {
+            return;
+        }
+        for values in [&mut self.walk, &mut self.event, &mut self.medium, &mut self.depth] {
+            keep(values, &present);
+        }
+        keep(&mut self.length, &present);
+        for planes in
+            [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux]
+        {
+            planes.keep(&present);
+        }
+        if let Some(segments) = &mut self.segments {
+            keep(&mut segments.reach, &present);
+            for planes in [&mut segments.origin, &mut segments.flux, &mut segments.density] {
+                planes.keep(&present);
+            }
+        }
+    }
+}
+
+/// Keeps the lanes named, which ascend.
+fn keep<T: Copy>(values: &mut Vec<T>, lanes: &[u32]) {
+    for (to, &from) in lanes.iter().enumerate() {
+        values[to] = values[from as usize];
+    }
+    values.truncate(lanes.len());
 }
 
 /// Photons' segments as photon beams, before anything of their own free flight. They run along
@@ -503,9 +567,10 @@ pub trait PhotonWalk {
     fn lanes(&self) -> usize;
     /// Writes which walks are alive: their indices within the batch as it was emitted, ascending.
     fn alive(&self, out: &mut Vec<u32>) -> SceneResult<()>;
-    /// Advances every walk by one segment and drops those that ended. `numbers` holds
-    /// [`PHOTON_STEP_DIMENSIONS`] planes of [`PhotonWalk::lanes`] each.
-    fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()>;
+    /// Advances every walk by up to `steps` segments and drops those that ended. For each step `numbers` holds
+    /// [`PHOTON_STEP_DIMENSIONS`] planes of [`PhotonWalk::lanes`] each, and `out` is given as many lanes; those of walks
+    /// that had ended before are [`photon_event::ABSENT`].
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()>;
 }
 
 /// Directions at which phase functions are wanted: light travels along `photon_direction`, is

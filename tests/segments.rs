@@ -47,7 +47,7 @@ fn walk(scene: &dyn Scene, batch: u64, mut look: impl FnMut(&PhotonVertices)) {
         PhotonVertices { segments: Some(PhotonSegments::default()), ..PhotonVertices::default() };
     let mut photons = scene.emit(WALKS, &emission, LIMITS.into()).expect("walks start");
     while photons.lanes() > 0 {
-        photons.step(&next(photons.lanes()), &mut vertices).expect("walks advance");
+        photons.step(1, &next(photons.lanes()), &mut vertices).expect("walks advance");
         look(&vertices);
     }
 }
@@ -214,7 +214,7 @@ fn assert_segments_are_free(scene: &dyn Scene) {
     let mut photons = scene.emit(WALKS, &emission, LIMITS.into()).expect("walks start");
     let mut vertices = PhotonVertices::default();
     for (walk, position, flux) in asked {
-        photons.step(&next(photons.lanes()), &mut vertices).expect("walks advance");
+        photons.step(1, &next(photons.lanes()), &mut vertices).expect("walks advance");
         let same = vertices.walk == walk && vertices.position == position && vertices.flux == flux;
         assert!(same, "segments change the walk");
     }
@@ -329,7 +329,7 @@ fn second_ends(scene: &dyn Scene, emission: &[f32], numbers: &[Vec<f32>; 2]) -> 
             .chunks_exact(numbers.len() / PHOTON_STEP_DIMENSIONS)
             .flat_map(|plane| plane[..photons.lanes()].to_vec())
             .collect();
-        photons.step(&numbers, &mut v).expect("walks advance");
+        photons.step(1, &numbers, &mut v).expect("walks advance");
     }
     for lane in 0..v.event.len() {
         let crosses = v.medium[lane] != VACUUM;
@@ -381,7 +381,7 @@ fn assert_lobes_are_independent(scene: &dyn Scene) {
         while photons.lanes() > 0 {
             let lanes = photons.lanes();
             let numbers = next(lanes);
-            photons.step(&numbers, &mut v).expect("walks advance");
+            photons.step(1, &numbers, &mut v).expect("walks advance");
             for lane in
                 (0..lanes).filter(|&lane| photon_event::kind(v.event[lane]) == photon_event::MEDIUM)
             {

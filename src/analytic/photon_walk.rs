@@ -228,13 +228,20 @@ impl PhotonWalk for Photons<'_> {
         Ok(())
     }
 
-    fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
         let lanes = self.photons.len();
-        out.resize(lanes);
+        out.resize(steps * lanes);
+        out.event.fill(photon_event::ABSENT);
         let mut alive = Vec::with_capacity(lanes);
         for (lane, &photon) in self.photons.iter().enumerate() {
-            let u = std::array::from_fn(|dimension| number(numbers, lanes, dimension, lane));
-            alive.extend(self.advance(photon, u, lane, out));
+            let mut photon = Some(photon);
+            for step in 0..steps {
+                let Some(before) = photon else { break };
+                let planes = &numbers[step * PHOTON_STEP_DIMENSIONS * lanes..];
+                let u = std::array::from_fn(|dimension| number(planes, lanes, dimension, lane));
+                photon = self.advance(before, u, step * lanes + lane, out);
+            }
+            alive.extend(photon);
         }
         self.photons = alive;
         Ok(())

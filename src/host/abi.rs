@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 4;
+pub const VPT_ABI_VERSION: u32 = 5;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -34,6 +34,8 @@ pub const VPT_PHOTON_SURFACE: u32 = 2;
 pub const VPT_PHOTON_INVALID: u32 = 4;
 /// Added where the segment comes straight from a lamp that `lamp_light` finds too.
 pub const VPT_PHOTON_STRAIGHT: u32 = 8;
+/// No segment: the walk had ended within an earlier step of the same call.
+pub const VPT_PHOTON_ABSENT: u32 = 16;
 
 /// Values of `VptShooting::mode`.
 pub const VPT_SHOOTING_OFF: u32 = 0;
@@ -129,6 +131,8 @@ pub struct VptDescription {
     pub lanes: u32,
     /// Nonzero where several threads may call at the same time.
     pub concurrent: u32,
+    /// Photon vertices that a call of `photon_step` should yield, where few walks are alive by several steps; at least 1.
+    pub launch: u32,
 }
 
 /// Termination rules, and what is simulated.
@@ -177,6 +181,7 @@ pub struct VptViewVertices {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct VptPhotonVertices {
+    /// Of all steps together.
     pub lanes: u32,
     pub walk: *mut u32,
     pub event: *mut u32,
@@ -225,10 +230,12 @@ pub struct VptHost {
     /// Writes the indices, within the batch as it was emitted, of the walks that are alive.
     pub photon_alive:
         unsafe extern "C" fn(context: *mut c_void, walk: *mut c_void, out: *mut u32) -> i32,
-    /// Writes one vertex per lane alive before the step and then the number of lanes alive after it.
+    /// Takes so many steps, writes for each of them one vertex per lane alive before the first, and then the number of lanes
+    /// alive after the last.
     pub photon_step: unsafe extern "C" fn(
         context: *mut c_void,
         walk: *mut c_void,
+        steps: u32,
         numbers: *const f32,
         out: *const VptPhotonVertices,
         alive: *mut u32,

@@ -42,6 +42,7 @@ impl HostScene {
             batching: Batching {
                 lanes: description.lanes.max(1) as usize,
                 concurrent: description.concurrent != 0,
+                launch: description.launch as usize,
             },
             // SAFETY: the renderer filled the description.
             description: unsafe { read_description(&description) },
@@ -253,9 +254,10 @@ impl PhotonWalk for HostPhotonWalk<'_> {
         self.scene.check(status)
     }
 
-    fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
-        assert_eq!(numbers.len(), PHOTON_STEP_DIMENSIONS * self.lanes as usize);
-        out.resize(self.lanes as usize);
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
+        let lanes = steps * self.lanes as usize;
+        assert_eq!(numbers.len(), PHOTON_STEP_DIMENSIONS * lanes);
+        out.resize(lanes);
         let segments = out.segments.as_mut().map(|segments| {
             [
                 segments.origin.as_mut_slice().as_mut_ptr(),
@@ -267,7 +269,7 @@ impl PhotonWalk for HostPhotonWalk<'_> {
         let [segment_origin, segment_flux, segment_density, segment_reach] =
             segments.unwrap_or([std::ptr::null_mut(); 4]);
         let raw = VptPhotonVertices {
-            lanes: self.lanes,
+            lanes: lane_count(lanes),
             walk: out.walk.as_mut_ptr(),
             event: out.event.as_mut_ptr(),
             medium: out.medium.as_mut_ptr(),
@@ -286,7 +288,8 @@ impl PhotonWalk for HostPhotonWalk<'_> {
         let mut alive = 0;
         // SAFETY: all arrays were just sized for `lanes`; the walk is alive until drop.
         let status = unsafe {
-            (host.photon_step)(host.context, self.walk, numbers.as_ptr(), &raw, &mut alive)
+            let (walk, steps, numbers) = (self.walk, lane_count(steps), numbers.as_ptr());
+            (host.photon_step)(host.context, walk, steps, numbers, &raw, &mut alive)
         };
         self.scene.check(status)?;
         self.lanes = alive;

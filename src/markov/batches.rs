@@ -9,10 +9,10 @@ const CONCURRENT_LANES: u64 = 64;
 /// How a job of `walks` likes its batches: where threads work side by side, of equal size, so that none
 /// waits long for another.
 pub(super) fn batching(target: &Target, walks: u64) -> Batching {
-    let Batching { lanes, concurrent } = target.scene.batching();
-    if !concurrent {
-        return Batching { lanes, concurrent };
+    let batching = target.scene.batching();
+    if !batching.concurrent {
+        return batching;
     }
     let batches = walks.div_ceil(CONCURRENT_LANES).max(1);
-    Batching { lanes: walks.div_ceil(batches).max(1) as usize, concurrent }
+    Batching { lanes: walks.div_ceil(batches).max(1) as usize, ..batching }
 }

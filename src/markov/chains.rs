@@ -278,7 +278,7 @@ impl Population {
     /// Runs `iterations` of a step on groups of chains and adds up what they did in their order.
     fn each_group(
         &mut self,
-        Batching { lanes, concurrent }: Batching,
+        Batching { lanes, concurrent, .. }: Batching,
         clock: &mut Clock,
         iterations: usize,
         step: impl Fn(usize, &mut [Chain], Clock, &mut GroupResult) -> SceneResult<()> + Sync,

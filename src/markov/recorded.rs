@@ -5,6 +5,7 @@ use crate::math::uniform;
 use crate::scene::{EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
 use crate::transport::numbers::Numbers;
 use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
 
 /// The numbers that a walk has used: [`EMIT_DIMENSIONS`], then [`PHOTON_STEP_DIMENSIONS`] per step.
 pub type PrimarySample = Vec<f32>;
@@ -50,9 +51,11 @@ impl<N: Numbers> Numbers for Recorded<N> {
         self.emission.clone_from(out);
     }
 
-    fn step(&mut self, step: usize, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        self.source.step(step, alive, lanes, out);
-        self.steps.push(Step { walks: alive.to_vec(), planes: out.clone() });
+    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
+        self.source.steps(steps, alive, lanes, out);
+        for planes in out.chunks_exact(PHOTON_STEP_DIMENSIONS * lanes) {
+            self.steps.push(Step { walks: alive.to_vec(), planes: planes.to_vec() });
+        }
     }
 }
 
@@ -72,14 +75,17 @@ impl Numbers for Replayed<'_> {
         }
     }
 
-    fn step(&mut self, step: usize, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        out.resize(PHOTON_STEP_DIMENSIONS * lanes, 0.0);
-        let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * step;
-        for (lane, &walk) in alive.iter().enumerate() {
-            let sample = self.samples[walk as usize];
-            for dimension in 0..PHOTON_STEP_DIMENSIONS {
-                // A walk is a function of its numbers, so it asks for as many as it did before.
-                out[dimension * lanes + lane] = sample[first + dimension];
+    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
+        out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
+        for (step, planes) in steps.zip(out.chunks_exact_mut(PHOTON_STEP_DIMENSIONS * lanes)) {
+            let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * step;
+            for (lane, &walk) in alive.iter().enumerate() {
+                let sample = self.samples[walk as usize];
+                for dimension in 0..PHOTON_STEP_DIMENSIONS {
+                    // A walk is a function of its numbers: it reads those that it did before, and has ended after them.
+                    let number = sample.get(first + dimension).copied().unwrap_or_default();
+                    planes[dimension * lanes + lane] = number;
+                }
             }
         }
     }
@@ -117,12 +123,15 @@ impl Numbers for Mutated<'_> {
         }
     }
 
-    fn step(&mut self, step: usize, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        out.resize(PHOTON_STEP_DIMENSIONS * lanes, 0.0);
-        let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * step;
-        for (lane, &walk) in alive.iter().enumerate() {
-            for dimension in 0..PHOTON_STEP_DIMENSIONS {
-                out[dimension * lanes + lane] = self.number(walk as usize, first + dimension);
+    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
+        out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
+        for (step, planes) in steps.zip(out.chunks_exact_mut(PHOTON_STEP_DIMENSIONS * lanes)) {
+            let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * step;
+            for (lane, &walk) in alive.iter().enumerate() {
+                for dimension in 0..PHOTON_STEP_DIMENSIONS {
+                    let number = self.number(walk as usize, first + dimension);
+                    planes[dimension * lanes + lane] = number;
+                }
             }
         }
     }

@@ -52,6 +52,10 @@ impl Asked {
         self.surface.push((pair, pending));
     }
 
+    pub fn count(&self) -> usize {
+        self.medium.len() + self.surface.len()
+    }
+
     pub fn append(&mut self, mut other: Asked) {
         self.medium.append(&mut other.medium);
         self.surface.append(&mut other.surface);

@@ -109,13 +109,13 @@ impl Connector<'_> {
     }
 
     /// What was found, and what of the counters is not about photons.
-    fn resolve(&self, found: Gathered<Found>, places: usize) -> SceneResult<(Found, Counters)> {
-        let (found, counters) = found.resolve(self.scene)?;
-        let Counters { dropped_deposits, directional_pairs, .. } = counters;
+    fn resolve(&self, mut found: Gathered<Found>, places: usize) -> SceneResult<(Found, Counters)> {
+        found.resolve(self.scene)?;
+        let Counters { dropped_deposits, directional_pairs, .. } = found.counters;
         let connections = places as u64;
         let counters =
             Counters { connections, dropped_deposits, directional_pairs, ..Counters::default() };
-        Ok((found, counters))
+        Ok((found.sink, counters))
     }
 }
 

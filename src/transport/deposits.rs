@@ -9,6 +9,8 @@ use rayon::prelude::*;
 const SHARES: usize = 32;
 /// Fewer deposits than this are added up sooner than other threads wake up.
 const ADDED_ALONE: usize = 8192;
+/// More deposits than this are taken over as they lie; fewer are sooner copied.
+const COPIED: usize = 8192;
 
 /// What one photon adds to one pixel: radiance times the number of emitted walks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,30 +47,52 @@ pub trait Sink: Send {
 /// Deposits in the order of their photons, by share of the pixels.
 #[derive(Debug)]
 pub struct Deposits {
-    shares: Vec<Vec<Deposit>>,
+    /// What was taken over from others, in its order, and the newest.
+    taken: Vec<Shares>,
+    newest: Shares,
     pixels_per_share: usize,
+}
+
+type Shares = Vec<Vec<Deposit>>;
+
+fn count(shares: &Shares) -> usize {
+    shares.iter().map(Vec::len).sum()
 }
 
 impl Deposits {
     pub fn new(pixels: usize) -> Self {
         Deposits {
-            shares: (0..SHARES).map(|_| Vec::new()).collect(),
+            taken: Vec::new(),
+            newest: vec![Vec::new(); SHARES],
             pixels_per_share: pixels.div_ceil(SHARES).max(1),
         }
     }
 
     pub fn push(&mut self, deposit: Deposit) {
-        self.shares[deposit.pixel as usize / self.pixels_per_share].push(deposit);
+        self.newest[deposit.pixel as usize / self.pixels_per_share].push(deposit);
     }
 
     pub fn append(&mut self, mut other: Deposits) {
-        for (mine, theirs) in self.shares.iter_mut().zip(&mut other.shares) {
-            mine.append(theirs);
+        if other.count() > COPIED {
+            self.taken.push(std::mem::replace(&mut self.newest, vec![Vec::new(); SHARES]));
+            self.taken.append(&mut other.taken);
+            self.taken.push(other.newest);
+            return;
+        }
+        for theirs in other.taken.iter_mut().chain([&mut other.newest]) {
+            for (mine, theirs) in self.newest.iter_mut().zip(theirs) {
+                mine.append(theirs);
+            }
         }
     }
 
     pub fn count(&self) -> usize {
-        self.shares.iter().map(Vec::len).sum()
+        self.taken.iter().chain([&self.newest]).map(count).sum()
+    }
+
+    /// Those of one share, in their order.
+    fn of_share(&self, share: usize) -> impl Iterator<Item = &Deposit> {
+        self.taken.iter().chain([&self.newest]).flat_map(move |shares| &shares[share])
     }
 }
 
@@ -117,7 +141,7 @@ impl PixelSums {
         let pixels = first.pixels_per_share;
         let add = |(share, sums): (usize, &mut [[f64; 4]])| {
             let start = share * pixels;
-            for deposit in batches.iter().flat_map(|batch| &batch.shares[share]) {
+            for deposit in batches.iter().flat_map(|batch| batch.of_share(share)) {
                 let sum = &mut sums[deposit.pixel as usize - start];
                 for (sum, value) in sum.iter_mut().zip(deposit.values()) {
                     *sum += value * scale;

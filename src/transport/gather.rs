@@ -3,8 +3,9 @@
 use super::counters::Counters;
 use super::deposits::Sink;
 use super::numbers::Numbers;
+use super::overlap;
 use super::pairs::{Gathered, Pairs};
-use super::photon::{self, Event, MediumPhoton};
+use super::photon::{self, Event, MediumPhoton, SurfacePhoton};
 use super::photon_beam::{BeamKind, PhotonBeams};
 use super::receivers::Receivers;
 use super::walks::Walks;
@@ -13,11 +14,10 @@ use crate::plan::Plan;
 use crate::scene::*;
 use crate::transport::photon::PerFamily;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
+use std::ops::Range;
 
-/// Vertices per task of a gather, and tasks after which pairs are handed to the scene.
-const VERTICES_PER_TASK: usize = 1024;
-const TASKS_PER_HANDOVER: usize = 8;
+/// Pairs that may wait for the scene; bounds memory.
+const ASKED_AT_ONCE: usize = 1 << 14;
 
 /// What a photon is while it crosses a medium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,128 +45,104 @@ impl Target<'_> {
 
     /// Shoots one batch of walks and gathers what those of the wanted families add. `tables` is the
     /// stream of numbers for transmittance tables along photon beams.
-    pub fn shoot<S: Sink, N: Numbers>(
+    pub fn shoot<S: Sink>(
         &self,
         walks: usize,
-        numbers: &mut N,
+        numbers: &mut impl Numbers,
         tables: &mut Pcg64Mcg,
         wanted: PerFamily<bool>,
         sink: impl Fn() -> S + Sync,
     ) -> SceneResult<(S, Counters)> {
-        let mut total = sink();
-        let beams = matches!(self.particles, Particles::Beams(_)) && wanted.medium;
+        let with_segments = matches!(self.particles, Particles::Beams(_)) && wanted.medium;
         let Target { scene, plan, .. } = *self;
-        let walks = Walks { scene, plan, count: walks, with_segments: beams };
-        let counters = walks.trace(numbers, |vertices, counters| {
-            let (part, counts) = self.gather(vertices, tables, wanted, &sink)?;
-            total.append(part);
-            counters.add(&counts);
+        let walks = Walks { scene, plan, count: walks, with_segments };
+        let pairs = Pairs::new(plan, &self.receivers.paths, self.radii);
+        let gathering = Gathering { target: self, pairs, wanted };
+        let gathered = if scene.batching().concurrent {
+            gathering.step_by_step(walks, numbers, tables, sink())
+        } else {
+            overlap::while_tracing(&gathering, walks, numbers, tables, &sink)
+        }?;
+        Ok((gathered.sink, gathered.counters))
+    }
+}
+
+/// How photons of a batch look for receivers.
+pub(super) struct Gathering<'a> {
+    pub target: &'a Target<'a>,
+    pairs: Pairs<'a>,
+    wanted: PerFamily<bool>,
+}
+
+impl Gathering<'_> {
+    /// Gathers after each step of the walks; other threads have batches of their own.
+    fn step_by_step<S: Sink>(
+        &self,
+        walks: Walks,
+        numbers: &mut impl Numbers,
+        tables: &mut Pcg64Mcg,
+        sink: S,
+    ) -> SceneResult<Gathered<S>> {
+        let mut out = Gathered::new(sink);
+        let counters = walks.trace(numbers, |vertices, _| {
+            let beams = self.photon_beams(vertices, tables)?;
+            out.counters.photon_table_samples += beams.table_samples;
+            self.lanes(vertices, 0..vertices.event.len(), &mut out);
+            self.beams(&beams, 0..beams.beams.len(), &mut out);
+            if out.asked.count() > ASKED_AT_ONCE {
+                out.resolve(self.target.scene)?;
+            }
             Ok(())
         })?;
-        Ok((total, counters))
+        out.resolve(self.target.scene)?;
+        out.counters.add(&counters);
+        Ok(out)
     }
 
-    /// What the vertices of one step add.
-    fn gather<S: Sink>(
+    /// The beams of a step's photons, where photons are beams.
+    pub fn photon_beams(
         &self,
         vertices: &PhotonVertices,
         tables: &mut Pcg64Mcg,
-        wanted: PerFamily<bool>,
-        sink: &(impl Fn() -> S + Sync),
-    ) -> SceneResult<(S, Counters)> {
-        let beams = match self.particles {
-            Particles::Beams(kind) if wanted.medium => {
-                PhotonBeams::of_vertices(kind, self.scene, self.plan, vertices, tables)?
+    ) -> SceneResult<PhotonBeams> {
+        let Target { scene, plan, particles, .. } = *self.target;
+        match particles {
+            Particles::Beams(kind) if self.wanted.medium => {
+                PhotonBeams::of_vertices(kind, scene, plan, vertices, tables)
             }
-            _ => PhotonBeams::default(),
-        };
-        let pairs = Pairs::new(self.plan, &self.receivers.paths, self.radii);
-        let query = Query { target: self, pairs, wanted, beams: &beams };
-        let lanes = vertices.event.len();
-        let points = (0..lanes).step_by(VERTICES_PER_TASK).map(Task::Vertices);
-        let lines = (0..beams.beams.len()).step_by(VERTICES_PER_TASK).map(Task::Beams);
-        let tasks: Vec<Task> = points.chain(lines).collect();
-        let mut total = sink();
-        let mut counters =
-            Counters { photon_table_samples: beams.table_samples, ..Counters::default() };
-        for group in tasks.chunks(TASKS_PER_HANDOVER) {
-            let parts: Vec<Gathered<S>> =
-                group.par_iter().map(|task| query.run(*task, vertices, sink())).collect();
-            // One batch of questions for the whole group.
-            let mut merged = Gathered::new(sink());
-            parts.into_iter().for_each(|part| merged.append(part));
-            let (part, counts) = merged.resolve(self.scene)?;
-            total.append(part);
-            counters.add(&counts);
+            _ => Ok(PhotonBeams::default()),
         }
-        Ok((total, counters))
-    }
-}
-
-/// A share of a step's queries, named by its first vertex or beam.
-#[derive(Clone, Copy)]
-enum Task {
-    Vertices(usize),
-    Beams(usize),
-}
-
-struct Query<'a> {
-    target: &'a Target<'a>,
-    pairs: Pairs<'a>,
-    wanted: PerFamily<bool>,
-    beams: &'a PhotonBeams,
-}
-
-impl Query<'_> {
-    fn run<S: Sink>(&self, task: Task, v: &PhotonVertices, sink: S) -> Gathered<S> {
-        let mut out = Gathered::new(sink);
-        let range = |first: usize, count: usize| first..count.min(first + VERTICES_PER_TASK);
-        match task {
-            Task::Vertices(first) => {
-                for lane in range(first, v.event.len()) {
-                    self.vertex(v, lane, &mut out);
-                }
-            }
-            Task::Beams(first) => {
-                for beam in &self.beams.beams[range(first, self.beams.beams.len())] {
-                    out.counters.medium_photons += 1;
-                    let tree = self.target.receivers.beam_tree();
-                    tree.query_segment(
-                        &beam.segment,
-                        self.pairs.radii.medium,
-                        |index, approach| {
-                            let view = &self.pairs.paths.beams[index as usize];
-                            self.pairs.beam_on_beam(
-                                beam,
-                                &self.beams.tables,
-                                view,
-                                &approach,
-                                &mut out,
-                            );
-                        },
-                    );
-                }
-            }
-        }
-        out
     }
 
-    fn vertex<S: Sink>(&self, v: &PhotonVertices, lane: usize, out: &mut Gathered<S>) {
-        let paths = self.pairs.paths;
-        match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
-            Event::Medium(p) if self.wanted.medium => self.collision(&p, out),
-            Event::Surface(p) if self.wanted.surface => {
-                out.counters.surface_photons += 1;
-                self.target.receivers.point_tree.query(
-                    p.position,
-                    self.pairs.radii.surface,
-                    |index, d2| {
-                        self.pairs.photon_on_point(&p, &paths.points[index as usize], d2, out);
-                    },
-                );
+    /// What the ends of these lanes' segments add.
+    pub fn lanes<S: Sink>(&self, v: &PhotonVertices, lanes: Range<usize>, out: &mut Gathered<S>) {
+        for lane in lanes {
+            match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
+                Event::Medium(p) if self.wanted.medium => self.collision(&p, out),
+                Event::Surface(p) if self.wanted.surface => self.landing(&p, out),
+                _ => {}
             }
-            _ => {}
         }
+    }
+
+    /// What these photon beams add.
+    pub fn beams<S: Sink>(&self, own: &PhotonBeams, range: Range<usize>, out: &mut Gathered<S>) {
+        for beam in &own.beams[range] {
+            out.counters.medium_photons += 1;
+            let (tree, radius) = (self.target.receivers.beam_tree(), self.pairs.radii.medium);
+            tree.query_segment(&beam.segment, radius, |index, approach| {
+                let view = &self.pairs.paths.beams[index as usize];
+                self.pairs.beam_on_beam(beam, &own.tables, view, &approach, out);
+            });
+        }
+    }
+
+    fn landing<S: Sink>(&self, p: &SurfacePhoton, out: &mut Gathered<S>) {
+        out.counters.surface_photons += 1;
+        let (tree, radius) = (&self.target.receivers.point_tree, self.pairs.radii.surface);
+        tree.query(p.position, radius, |index, d2| {
+            self.pairs.photon_on_point(p, &self.pairs.paths.points[index as usize], d2, out);
+        });
     }
 
     /// A photon point, or the end of a photon beam.

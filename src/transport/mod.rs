@@ -10,6 +10,7 @@ pub mod extent;
 pub mod footprint;
 pub mod gather;
 pub mod numbers;
+mod overlap;
 pub mod pairs;
 pub mod photon;
 pub mod photon_beam;

@@ -3,18 +3,19 @@
 use crate::math::uniform;
 use crate::scene::{EMIT_DIMENSIONS, PHOTON_STEP_DIMENSIONS};
 use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
 
 /// The numbers of a batch of walks, asked for as the walks go on.
 pub trait Numbers {
-    /// Whether [`Numbers::step`] reads which walks are alive.
+    /// Whether [`Numbers::steps`] reads which walks are alive.
     const KNOWS_WALKS: bool = true;
 
     /// [`EMIT_DIMENSIONS`] planes of `walks` numbers each.
     fn emission(&mut self, walks: usize, out: &mut Vec<f32>);
 
-    /// [`PHOTON_STEP_DIMENSIONS`] planes for step `step` of the walks that are `alive` (indices within the
-    /// batch, ascending).
-    fn step(&mut self, step: usize, alive: &[u32], lanes: usize, out: &mut Vec<f32>);
+    /// For each of these steps [`PHOTON_STEP_DIMENSIONS`] planes for the walks that are `alive` (indices within the
+    /// batch, ascending) before the first of them.
+    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>);
 }
 
 /// Independent numbers from a stream.
@@ -27,7 +28,7 @@ impl Numbers for Uniform {
         uniform::fill(&mut self.0, out, EMIT_DIMENSIONS * walks);
     }
 
-    fn step(&mut self, _: usize, _: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        uniform::fill(&mut self.0, out, PHOTON_STEP_DIMENSIONS * lanes);
+    fn steps(&mut self, steps: Range<usize>, _: &[u32], lanes: usize, out: &mut Vec<f32>) {
+        uniform::fill(&mut self.0, out, steps.len() * PHOTON_STEP_DIMENSIONS * lanes);
     }
 }

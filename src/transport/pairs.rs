@@ -49,10 +49,9 @@ impl<S: Sink> Gathered<S> {
     }
 
     /// Asks the scene what is still owed.
-    pub fn resolve(self, scene: &dyn Scene) -> SceneResult<(S, Counters)> {
-        let Gathered { mut sink, asked, mut counters } = self;
-        asked.resolve(scene, &mut sink, &mut counters)?;
-        Ok((sink, counters))
+    pub fn resolve(&mut self, scene: &dyn Scene) -> SceneResult<()> {
+        let asked = std::mem::take(&mut self.asked);
+        asked.resolve(scene, &mut self.sink, &mut self.counters)
     }
 
     fn keep(&mut self, family: Family, pending: Pending) {

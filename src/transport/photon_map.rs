@@ -59,9 +59,9 @@ impl PhotonMap {
                 .collect();
             let mut merged = Gathered::new(PixelRuns::default());
             parts.into_iter().for_each(|part| merged.append(part));
-            let (runs, counts) = merged.resolve(scene)?;
-            counters.add(&counts);
-            for (pixel, values) in runs.runs {
+            merged.resolve(scene)?;
+            counters.add(&merged.counters);
+            for (pixel, values) in merged.sink.runs {
                 sums.add_to(pixel as usize, values, 1.0 / walks as f64);
             }
         }

@@ -17,11 +17,11 @@ pub struct Walks<'a> {
 }
 
 impl Walks<'_> {
-    /// Traces all walks to their ends and hands on the vertices of each step.
+    /// Traces all walks to their ends and hands on the vertices of each step, which may be taken if others are left.
     pub fn trace<N: Numbers>(
         &self,
         numbers: &mut N,
-        mut visit: impl FnMut(&PhotonVertices, &mut Counters) -> SceneResult<()>,
+        mut visit: impl FnMut(&mut PhotonVertices, &mut Counters) -> SceneResult<()>,
     ) -> SceneResult<Counters> {
         let mut counters = Counters { walks: self.count as u64, ..Counters::default() };
         let (mut planes, mut alive) = (Vec::new(), Vec::new());
@@ -29,19 +29,22 @@ impl Walks<'_> {
         let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
         numbers.emission(self.count, &mut planes);
         let mut photons = self.scene.emit(self.count, &planes, self.plan.rules)?;
-        for step in 0.. {
+        let (batching, mut done) = (self.scene.batching(), 0);
+        while photons.lanes() > 0 {
             let lanes = photons.lanes();
-            if lanes == 0 {
-                break;
-            }
+            let steps = batching.steps(lanes);
             if N::KNOWS_WALKS {
                 photons.alive(&mut alive)?;
             }
-            numbers.step(step, &alive, lanes, &mut planes);
-            photons.step(&planes, &mut vertices)?;
-            counters.segments += lanes as u64;
+            numbers.steps(done..done + steps, &alive, lanes, &mut planes);
+            photons.step(steps, &planes, &mut vertices)?;
+            done += steps;
+            if steps > 1 {
+                vertices.keep_present();
+            }
+            counters.segments += vertices.event.len() as u64;
             self.count(&vertices, &mut counters);
-            visit(&vertices, &mut counters)?;
+            visit(&mut vertices, &mut counters)?;
         }
         Ok(counters)
     }

@@ -146,8 +146,8 @@ impl PhotonWalk for FaultyPhotons<'_> {
         self.walk.alive(out)
     }
 
-    fn step(&mut self, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
-        self.walk.step(numbers, out)?;
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut PhotonVertices) -> SceneResult<()> {
+        self.walk.step(steps, numbers, out)?;
         let Some(fault) = self.scene.strike()? else { return Ok(()) };
         if let Some(value) = fault.value() {
             out.flux.as_mut_slice().fill(value);

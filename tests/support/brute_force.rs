@@ -298,7 +298,7 @@ fn scatter(
         let mut radiance = vec![[0.0; 3]; rays];
         while walk.lanes() > 0 {
             uniform::fill(&mut rng, &mut numbers, PHOTON_STEP_DIMENSIONS * walk.lanes());
-            walk.step(&numbers, &mut vertices).expect("walks advance");
+            walk.step(1, &numbers, &mut vertices).expect("walks advance");
             for lane in 0..vertices.event.len() {
                 let photon = Photon::from_lane(&vertices, lane);
                 let max_depth = parameters.limits.max_depth;

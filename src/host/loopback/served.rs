@@ -111,6 +111,7 @@ impl<'a> ServedScene<'a> {
             warnings: self.warnings.as_ptr(),
             warning_count: self.warnings.len() as u32,
             lanes: batching.lanes as u32,
+            launch: batching.launch as u32,
             concurrent: batching.concurrent.into(),
         }
     }
@@ -323,6 +324,7 @@ unsafe extern "C" fn photon_alive(_: *mut c_void, walk: *mut c_void, out: *mut u
 unsafe extern "C" fn photon_step(
     _: *mut c_void,
     walk: *mut c_void,
+    steps: u32,
     numbers: *const f32,
     out: *const VptPhotonVertices,
     alive: *mut u32,
@@ -332,9 +334,10 @@ unsafe extern "C" fn photon_step(
         let (walk, out) = (&mut *walk.cast::<PhotonBox>(), &*out);
         let segments = (!out.segment_reach.is_null()).then(PhotonSegments::default);
         let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
-        vertices.resize(walk.lanes);
-        let numbers = from_raw_parts(numbers, PHOTON_STEP_DIMENSIONS * walk.lanes);
-        walk.walk.step(numbers, &mut vertices)?;
+        let lanes = steps as usize * walk.lanes;
+        vertices.resize(lanes);
+        let numbers = from_raw_parts(numbers, PHOTON_STEP_DIMENSIONS * lanes);
+        walk.walk.step(steps as usize, numbers, &mut vertices)?;
         put(&vertices.walk, out.walk);
         put(&vertices.event, out.event);
         put(&vertices.medium, out.medium);

@@ -67,6 +67,8 @@ impl Pinhole {
 fn check(beams: &[(u32, Segment)], apex: Vec3, rng: &mut StdRng) -> usize {
     let grid = ApexGrid::build(beams).expect("they meet in a point");
     grid.validate().unwrap();
+    let mut sorted = grid.clone();
+    let order = sorted.take_order();
     let mut count = 0;
     for photon in 0..120 {
         let spread = [2.0, 0.2, 0.01][photon % 3];
@@ -77,6 +79,13 @@ fn check(beams: &[(u32, Segment)], apex: Vec3, rng: &mut StdRng) -> usize {
         for radius in [0.3, 0.02, 0.001, 0.0, f32::NAN] {
             let expected = by_brute_force(beams, p, radius);
             assert_eq!(by_grid(&grid, p, radius), expected, "photon at {p}, radius {radius}");
+            let mut in_order = by_grid(&sorted, p, radius);
+            in_order.iter_mut().for_each(|pair| pair.0 = order[pair.0 as usize]);
+            in_order.sort_unstable();
+            assert_eq!(
+                in_order, expected,
+                "photon at {p}, radius {radius}, after the order was taken"
+            );
             count += expected.len();
         }
     }

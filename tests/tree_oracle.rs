@@ -404,6 +404,9 @@ fn check_points(points: &[Vec3], places: &[Vec3], radii: &[f32]) -> usize {
     let tree = ViewPointTree::build(points);
     tree.validate().unwrap();
     assert_eq!(tree.len() + tree.non_finite(), points.len());
+    let mut sorted = tree.clone();
+    let order = sorted.take_order();
+    sorted.validate().unwrap();
     let mut count = 0;
     for &p in places {
         for &radius in radii {
@@ -419,6 +422,11 @@ fn check_points(points: &[Vec3], places: &[Vec3], radii: &[f32]) -> usize {
             let expected: Vec<_> = (0..).zip(points).filter(near).map(squared).collect();
             assert_eq!(found, expected, "place {p}, radius {radius}");
             count += expected.len();
+            let mut in_order = Vec::new();
+            sorted
+                .query(p, radius, |place, d2| in_order.push((order[place as usize], d2.to_bits())));
+            in_order.sort_unstable();
+            assert_eq!(in_order, expected, "place {p}, radius {radius}, after the order was taken");
         }
     }
     count

@@ -113,6 +113,21 @@ impl AsRef<ViewPaths> for ViewPaths {
 }
 
 impl ViewPaths {
+    /// Puts points into this order of their indices; those that it leaves out come last.
+    pub fn sort_points(&mut self, order: &[u32]) {
+        let order = &completed(order, self.points.len());
+        self.points = sorted(&self.points, order);
+        self.point_distances = sorted(&self.point_distances, order);
+        self.point_media = sorted(&self.point_media, order);
+    }
+
+    /// Puts these beams first, in this order.
+    pub fn move_beams_first(&mut self, order: &[u32]) {
+        let order = &completed(order, self.beams.len());
+        self.beams = sorted(&self.beams, order);
+        self.beam_distances = sorted(&self.beam_distances, order);
+    }
+
     fn append(&mut self, mut other: ViewPaths) {
         let tables = self.tables.append(other.tables);
         for beam in &mut other.beams {
@@ -168,6 +183,18 @@ impl ViewPaths {
             Extinction::Varying { .. } => self.tables.transmittance(beam.table, t),
         }
     }
+}
+
+/// An order of all indices that begins with a given one.
+fn completed(order: &[u32], count: usize) -> Vec<u32> {
+    let mut is_named = vec![false; count];
+    order.iter().for_each(|&index| is_named[index as usize] = true);
+    let unnamed = (0..count as u32).filter(|&index| !is_named[index as usize]);
+    order.iter().copied().chain(unnamed).collect()
+}
+
+fn sorted<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
+    order.iter().map(|&index| values[index as usize]).collect()
 }
 
 /// One path of a batch in flight.

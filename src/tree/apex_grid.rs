@@ -130,6 +130,24 @@ impl ApexGrid {
         (position.max(0.0) as usize).min(self.cells[axis] - 1)
     }
 
+    /// Beams in the grid.
+    pub fn len(&self) -> usize {
+        self.beams.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.beams.is_empty()
+    }
+
+    /// Hands out the indices of the beams in the order of the cells, and numbers them in that order from now on.
+    pub fn take_order(&mut self) -> Vec<u32> {
+        (0..)
+            .zip(&mut self.beams)
+            .map(|(place, beam)| std::mem::replace(&mut beam.index, place))
+            .collect()
+    }
+
     /// As [`super::ViewBeamTree::query`], pairs of the same bits, in the order of the cells.
     #[inline]
     pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {

@@ -1,11 +1,15 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{bucket_start, Plane, Point, ViewPointTree};
+use super::{bucket_start, Bucket, Plane, ViewPointTree, BUCKET_SIZE};
 use crate::math::Aabb;
 
-/// Most points in a bucket; a linear scan of this many is as cheap as two more planes.
-const BUCKET_SIZE: usize = 16;
+/// A point and its index in the caller's slice.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    position: Vec3,
+    index: u32,
+}
 
 impl ViewPointTree {
     /// Builds by median splits across the largest axis of the points' box.
@@ -26,8 +30,29 @@ impl ViewPointTree {
             .collect();
         let levels = kept.len().div_ceil(BUCKET_SIZE).max(1).next_power_of_two().trailing_zeros();
         let planes = sort_into_buckets(&mut kept, levels);
-        Self { planes, levels, non_finite: points.len() - kept.len(), points: kept }
+        let bucket = |number| {
+            let start = bucket_start(kept.len(), levels, number);
+            fill(&kept[start..bucket_start(kept.len(), levels, number + 1)])
+        };
+        Self {
+            planes,
+            levels,
+            non_finite: points.len() - kept.len(),
+            buckets: (0..1 << levels).map(bucket).collect(),
+            count: kept.len(),
+            order: kept.iter().map(|point| point.index).collect(),
+        }
     }
+}
+
+fn fill(points: &[Point]) -> Bucket {
+    let mut bucket = Bucket([[f32::NAN; BUCKET_SIZE]; 3]);
+    for (lane, point) in points.iter().enumerate() {
+        for axis in 0..3 {
+            bucket.0[axis][lane] = point.position[axis];
+        }
+    }
+    bucket
 }
 
 /// Orders the points by bucket and returns the planes between them, level by level.

@@ -2,7 +2,7 @@
 //!
 //! Perfectly balanced, so neither children nor leaves need pointers: planes lie level by level (the
 //! children of plane `i` are `2i + 1` and `2i + 2`), points lie bucket by bucket, and arithmetic
-//! finds both.
+//! finds both. A bucket holds its coordinates axis by axis, so that one instruction tests several points.
 
 mod build;
 mod query;
@@ -19,7 +19,10 @@ pub struct ViewPointTree {
     /// `2^levels − 1` planes.
     planes: Vec<Plane>,
     /// `2^levels` buckets of points, equally full but for one point.
-    points: Vec<Point>,
+    buckets: Vec<Bucket>,
+    count: usize,
+    /// The index of each point in the order of the buckets; empty once it was taken.
+    order: Vec<u32>,
     levels: u32,
     non_finite: usize,
 }
@@ -27,12 +30,12 @@ pub struct ViewPointTree {
 impl ViewPointTree {
     /// Points in the tree.
     pub fn len(&self) -> usize {
-        self.points.len()
+        self.count
     }
 
     /// Whether no query can find anything.
     pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
+        self.count == 0
     }
 
     /// Points left out because a coordinate is NaN or infinite.
@@ -42,15 +45,34 @@ impl ViewPointTree {
 
     /// Bytes on the heap.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.planes[..]) + size_of_val(&self.points[..])
+        size_of_val(&self.planes[..])
+            + size_of_val(&self.buckets[..])
+            + size_of_val(&self.order[..])
+    }
+
+    /// Hands out the indices of the points in the order of the buckets. From now on points are numbered in that order: an
+    /// owner who sorts by it finds neighbours side by side.
+    pub fn take_order(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.order)
+    }
+
+    fn index(&self, place: usize) -> u32 {
+        self.order.get(place).copied().unwrap_or(place as u32)
     }
 }
 
-/// A point and its index in the caller's slice.
+/// Most points in a bucket; testing this many is as cheap as two more planes.
+const BUCKET_SIZE: usize = 16;
+
+/// Coordinates by axis; NaN, which is near nothing, where there is no point.
 #[derive(Clone, Copy, Debug)]
-struct Point {
-    position: Vec3,
-    index: u32,
+#[repr(align(64))]
+struct Bucket([[f32; BUCKET_SIZE]; 3]);
+
+impl Bucket {
+    fn position(&self, lane: usize) -> Vec3 {
+        Vec3::from(self.0.map(|axis| axis[lane]))
+    }
 }
 
 /// A splitting plane: coordinates `<= position` on the left, `>= position` on the right.

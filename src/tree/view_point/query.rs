@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::{bucket_start, ViewPointTree};
+use super::{bucket_start, Bucket, ViewPointTree, BUCKET_SIZE};
 use crate::tree::MAX_DEPTH;
 
 impl ViewPointTree {
@@ -16,13 +16,13 @@ impl ViewPointTree {
         }
         let radius_squared = radius * radius;
         self.for_each_bucket(p, radius, |bucket| {
-            let start = bucket_start(self.points.len(), self.levels, bucket);
-            let end = bucket_start(self.points.len(), self.levels, bucket + 1);
-            for point in &self.points[start..end] {
-                let distance_squared = point.position.distance_squared(p);
-                if distance_squared < radius_squared {
-                    visit(point.index, distance_squared);
-                }
+            let start = bucket_start(self.count, self.levels, bucket);
+            let distances = self.buckets[bucket].distances_squared(p);
+            let mut near = within(&distances, radius_squared);
+            while near != 0 {
+                let lane = near.trailing_zeros() as usize;
+                near &= near - 1;
+                visit(self.index(start + lane), distances[lane % BUCKET_SIZE]);
             }
         });
     }
@@ -57,4 +57,23 @@ impl ViewPointTree {
             current = postponed[waiting] as usize;
         }
     }
+}
+
+impl Bucket {
+    /// As [`Vec3::distance_squared`], bit by bit.
+    #[inline]
+    fn distances_squared(&self, p: Vec3) -> [f32; BUCKET_SIZE] {
+        let [x, y, z] = &self.0;
+        std::array::from_fn(|lane| {
+            let (x, y, z) = (x[lane] - p.x, y[lane] - p.y, z[lane] - p.z);
+            x * x + y * y + z * z
+        })
+    }
+}
+
+/// A bit for each distance that is smaller.
+#[inline]
+fn within(distances_squared: &[f32; BUCKET_SIZE], radius_squared: f32) -> u32 {
+    let bit = |(lane, &d): (usize, &f32)| u32::from(d < radius_squared) << lane;
+    distances_squared.iter().enumerate().map(bit).fold(0, |mask, bit| mask | bit)
 }

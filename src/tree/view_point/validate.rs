@@ -1,4 +1,4 @@
-use super::{bucket_start, ViewPointTree};
+use super::{bucket_start, ViewPointTree, BUCKET_SIZE};
 use crate::math::Aabb;
 
 impl ViewPointTree {
@@ -9,7 +9,7 @@ impl ViewPointTree {
         if self.planes.len() + 1 != 1 << self.levels {
             return Err(format!("{} planes do not make {} levels", self.planes.len(), self.levels));
         }
-        let mut indices: Vec<u32> = self.points.iter().map(|point| point.index).collect();
+        let mut indices: Vec<u32> = (0..self.count).map(|place| self.index(place)).collect();
         indices.sort_unstable();
         if indices.windows(2).any(|pair| pair[0] == pair[1]) {
             return Err("a point is stored twice".into());
@@ -33,14 +33,21 @@ impl ViewPointTree {
     }
 
     fn check_bucket(&self, bucket: usize, cell: &Aabb) -> Result<(), String> {
-        let start = bucket_start(self.points.len(), self.levels, bucket);
-        let end = bucket_start(self.points.len(), self.levels, bucket + 1);
-        let stray = self.points[start..end].iter().find(|point| {
-            !(point.position.is_finite() && cell.is_within_reach(point.position, 0.0))
-        });
-        match stray {
-            Some(point) => Err(format!("{point:?} lies outside bucket {bucket}, {cell:?}")),
-            None => Ok(()),
+        let start = bucket_start(self.count, self.levels, bucket);
+        let count = bucket_start(self.count, self.levels, bucket + 1) - start;
+        for lane in 0..BUCKET_SIZE {
+            let point = self.buckets[bucket].position(lane);
+            let belongs = if lane < count {
+                point.is_finite() && cell.is_within_reach(point, 0.0)
+            } else {
+                point.is_nan()
+            };
+            if !belongs {
+                return Err(format!(
+                    "{point}, number {lane} of {count}, is in bucket {bucket}, {cell:?}"
+                ));
+            }
         }
+        Ok(())
     }
 }

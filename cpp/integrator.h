@@ -17,12 +17,16 @@ public:
 
     VptIntegrator(const Properties &props) : Base(props) {
         vpt::require_usable_llvm(Base::Variant);
+        m_preset = props.get<std::string_view>("preset", "");
         m_method = props.get<std::string_view>("method", "ppt");
-        m_radius_schedule = props.get<std::string_view>("radius_schedule", "matched");
+        m_radius_schedule = props.get<std::string_view>("radius_schedule", "");
         m_shooting = props.get<std::string_view>("shooting", "");
         m_photon_beams = props.get<std::string_view>("photon_beams", "");
         m_effects = props.get<std::string_view>("effects", "auto");
-        VptParameters defaults = vpt_default_parameters();
+        char error[1024];
+        VptParameters defaults;
+        if (vpt_default_parameters(m_preset.c_str(), &defaults, error, sizeof(error)) != 0)
+            Throw("vpt: %s", error);
         m_parameters = defaults;
         m_parameters.photons = props.get<int64_t>("photons", defaults.photons);
         m_parameters.chains = props.get<int64_t>("chains", defaults.chains);
@@ -33,7 +37,7 @@ public:
         m_parameters.max_depth = props.get<int64_t>("max_depth", -1);
         m_parameters.rr_depth = props.get<int64_t>("rr_depth", 5);
         m_parameters.hide_emitters = m_hide_emitters;
-        m_parameters.connections = props.get<bool>("connections", defaults.connections != 0);
+        m_parameters.connections = connections(props, defaults.connections);
         m_parameters.estimate_error = props.get<bool>("estimate_error", true);
         m_parameters.target_error = props.get<ScalarFloat>("target_error", 0.f);
         m_error_image = props.get<bool>("error_image", false);
@@ -42,7 +46,6 @@ public:
                   "estimate_error to true");
         m_parameters.timeout = m_timeout;
         VptParameters parameters = bound_parameters();
-        char error[1024];
         if (vpt_check_parameters(&parameters, error, sizeof(error)) != 0)
             Throw("vpt: %s", error);
     }
@@ -98,6 +101,7 @@ public:
     // As the properties say; the names live as long as the integrator.
     VptParameters bound_parameters() const {
         VptParameters parameters = m_parameters;
+        parameters.preset = m_preset.c_str();
         parameters.method = m_method.c_str();
         parameters.radius_schedule = m_radius_schedule.c_str();
         parameters.shooting = m_shooting.c_str();
@@ -109,6 +113,20 @@ public:
     MI_DECLARE_CLASS(VptIntegrator)
 
 private:
+    // A boolean, or the word "auto".
+    static uint32_t connections(const Properties &props, uint32_t fallback) {
+        if (!props.has_property("connections"))
+            return fallback;
+        if (props.type("connections") == Properties::Type::Bool)
+            return props.get<bool>("connections") ? VPT_CONNECTIONS_ON : VPT_CONNECTIONS_OFF;
+        std::string value(props.get<std::string_view>("connections"));
+        if (value == "auto")
+            return VPT_CONNECTIONS_AUTO;
+        if (value != "true" && value != "false")
+            Throw("vpt: connections is \"%s\", but must be true, false or auto", value);
+        return value == "true" ? VPT_CONNECTIONS_ON : VPT_CONNECTIONS_OFF;
+    }
+
     // The film divides all channels by the weight, the last of the engine's.
     static void put(Film *film, const std::vector<double> &storage, size_t channels,
                     const std::vector<float> &error_image) {
@@ -126,7 +144,7 @@ private:
         film->put_block(block);
     }
 
-    std::string m_method, m_radius_schedule, m_shooting, m_photon_beams, m_effects;
+    std::string m_preset, m_method, m_radius_schedule, m_shooting, m_photon_beams, m_effects;
     VptParameters m_parameters;
     bool m_error_image;
 };

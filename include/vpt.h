@@ -52,6 +52,13 @@ typedef struct VptStats VptStats;
 // No segment: the walk had ended within an earlier step of the same call.
 #define VPT_PHOTON_ABSENT 16
 
+// Values of `VptParameters::connections`.
+#define VPT_CONNECTIONS_OFF 0
+
+#define VPT_CONNECTIONS_ON 1
+
+#define VPT_CONNECTIONS_AUTO 2
+
 // Values of `VptShooting::mode`.
 #define VPT_SHOOTING_OFF 0
 
@@ -85,6 +92,8 @@ typedef struct VptStats VptStats;
 
 // The integrator's parameters; names and meanings are those of `method::Parameters`.
 typedef struct VptParameters {
+  // What is in force where nothing else is said.
+  const char *preset;
   const char *method;
   const char *radius_schedule;
   // Null or empty for what the method's name says.
@@ -94,9 +103,11 @@ typedef struct VptParameters {
   // Effects that are forced on, `all` or names with commas between; null or empty for none.
   const char *effects;
   uint32_t passes;
+  // 0 for automatic.
   int64_t photons;
   // 0 for automatic.
   int64_t chains;
+  // 0 for automatic.
   int64_t jitter_every;
   float alpha;
   float surface_radius;
@@ -105,6 +116,7 @@ typedef struct VptParameters {
   int64_t max_depth;
   int64_t rr_depth;
   uint32_t hide_emitters;
+  // One of `VPT_CONNECTIONS_*`.
   uint32_t connections;
   uint32_t estimate_error;
   // 0 for none.
@@ -372,8 +384,15 @@ typedef struct VptObserver {
 extern "C" {
 #endif // __cplusplus
 
-// The engine's default parameters; names are null.
-struct VptParameters vpt_default_parameters(void);
+// Writes the parameters of a preset, the default one where its name is null or empty; names are null. Returns 0, or 1
+// with one sentence in `error`.
+//
+// # Safety
+// `preset` must be null or null-terminated, `out` valid, and `error` hold `error_size` bytes.
+int32_t vpt_default_parameters(const char *preset,
+                               struct VptParameters *out,
+                               char *error,
+                               size_t error_size);
 
 // Checks parameters before any rendering. Returns 0, or 1 with one sentence in `error`.
 //

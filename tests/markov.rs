@@ -18,7 +18,7 @@ use vpt::analytic::{
 use vpt::density::radius::Radii;
 use vpt::markov::{ChainCounts, ChainShooter, Mode};
 use vpt::math::Rgb;
-use vpt::method::{self, Method, Outcome, Parameters, Shooting, Silent};
+use vpt::method::{self, Method, Outcome, Parameters, Preset, Shooting, Silent};
 use vpt::plan::{Plan, Steering, Wishes};
 use vpt::scene::{PathLimits, Scene, VACUUM};
 use vpt::transport::deposits::PixelSums;
@@ -152,7 +152,7 @@ fn parameters(paper: &Paper, photons: u64, seed: u64) -> Parameters {
         // The radius must not change: the closed form is for one.
         alpha: 1.0 - f32::EPSILON,
         seed,
-        ..Parameters::default()
+        ..Preset::Paper.parameters()
     }
 }
 

@@ -37,6 +37,11 @@ pub const VPT_PHOTON_STRAIGHT: u32 = 8;
 /// No segment: the walk had ended within an earlier step of the same call.
 pub const VPT_PHOTON_ABSENT: u32 = 16;
 
+/// Values of `VptParameters::connections`.
+pub const VPT_CONNECTIONS_OFF: u32 = 0;
+pub const VPT_CONNECTIONS_ON: u32 = 1;
+pub const VPT_CONNECTIONS_AUTO: u32 = 2;
+
 /// Values of `VptShooting::mode`.
 pub const VPT_SHOOTING_OFF: u32 = 0;
 pub const VPT_SHOOTING_UNIFORM: u32 = 1;
@@ -311,6 +316,8 @@ pub struct VptHost {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct VptParameters {
+    /// What is in force where nothing else is said.
+    pub preset: *const c_char,
     pub method: *const c_char,
     pub radius_schedule: *const c_char,
     /// Null or empty for what the method's name says.
@@ -320,9 +327,11 @@ pub struct VptParameters {
     /// Effects that are forced on, `all` or names with commas between; null or empty for none.
     pub effects: *const c_char,
     pub passes: u32,
+    /// 0 for automatic.
     pub photons: i64,
     /// 0 for automatic.
     pub chains: i64,
+    /// 0 for automatic.
     pub jitter_every: i64,
     pub alpha: f32,
     pub surface_radius: f32,
@@ -331,6 +340,7 @@ pub struct VptParameters {
     pub max_depth: i64,
     pub rr_depth: i64,
     pub hide_emitters: u32,
+    /// One of `VPT_CONNECTIONS_*`.
     pub connections: u32,
     pub estimate_error: u32,
     /// 0 for none.

@@ -4,7 +4,7 @@ use super::abi::*;
 use super::scene::HostScene;
 use crate::markov::{FamilyReport, Mode};
 use crate::method::{
-    self, ErrorEstimate, Observer, Outcome, ParameterError, Parameters, Progress, Stats,
+    self, ErrorEstimate, Observer, Outcome, ParameterError, Parameters, Preset, Progress, Stats,
 };
 use crate::scene::{PathLimits, Scene, UNBOUNDED_DEPTH};
 use std::ffi::{c_char, c_void, CStr, CString};
@@ -12,11 +12,31 @@ use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::time::Duration;
 
-/// The engine's default parameters; names are null.
+/// Writes the parameters of a preset, the default one where its name is null or empty; names are null. Returns 0, or 1
+/// with one sentence in `error`.
+///
+/// # Safety
+/// `preset` must be null or null-terminated, `out` valid, and `error` hold `error_size` bytes.
 #[no_mangle]
-pub extern "C" fn vpt_default_parameters() -> VptParameters {
-    let p = Parameters::default();
+pub unsafe extern "C" fn vpt_default_parameters(
+    preset: *const c_char,
+    out: *mut VptParameters,
+    error: *mut c_char,
+    error_size: usize,
+) -> i32 {
+    fenced(error, error_size, || {
+        // SAFETY: the caller's promise.
+        let preset = unsafe { read_preset(preset) }?;
+        // SAFETY: the caller's promise.
+        unsafe { out.write(raw_parameters(&preset.parameters())) };
+        Ok(())
+    })
+}
+
+/// All but the names, which are null.
+pub(super) fn raw_parameters(p: &Parameters) -> VptParameters {
     VptParameters {
+        preset: std::ptr::null(),
         method: std::ptr::null(),
         radius_schedule: std::ptr::null(),
         shooting: std::ptr::null(),
@@ -32,7 +52,11 @@ pub extern "C" fn vpt_default_parameters() -> VptParameters {
         max_depth: -1,
         rr_depth: i64::from(p.limits.rr_depth),
         hide_emitters: 0,
-        connections: p.connections.into(),
+        connections: match p.connections {
+            Some(false) => VPT_CONNECTIONS_OFF,
+            Some(true) => VPT_CONNECTIONS_ON,
+            None => VPT_CONNECTIONS_AUTO,
+        },
         estimate_error: p.estimate_error.into(),
         target_error: p.target_error,
         seed: p.seed,
@@ -188,27 +212,33 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         [p.method, p.radius_schedule, p.shooting, p.photon_beams, p.effects]
             .map(|name| read_string(name))
     };
-    let at_least_one = |name, value: i64| {
-        if value < 1 {
+    let automatic_or_more = |name, value: i64| {
+        if value < 0 {
             Err(ParameterError::TooSmall { name, value })
         } else {
             Ok(value)
         }
     };
-    let defaults = Parameters::default();
+    // SAFETY: the caller's promise.
+    let defaults = unsafe { read_preset(p.preset) }?.parameters();
     Ok(Parameters {
         method: method.as_deref().map_or(Ok(defaults.method), str::parse)?,
         shooting: shooting.as_deref().map(str::parse).transpose()?,
         photon_beams: photon_beams.as_deref().map_or(Ok(defaults.photon_beams), str::parse)?,
-        connections: p.connections != 0,
+        connections: match p.connections {
+            VPT_CONNECTIONS_OFF => Some(false),
+            VPT_CONNECTIONS_ON => Some(true),
+            _ => None,
+        },
         effects: effects.as_deref().map_or(Ok(defaults.effects), str::parse)?,
         chains: match p.chains {
             chains if chains >= 0 => chains as u64,
             chains => return Err(ParameterError::BadChains(chains)),
         },
         passes: p.passes,
-        photons: at_least_one("photons", p.photons)? as u64,
-        jitter_every: at_least_one("jitter_every", p.jitter_every)?.min(i64::from(u32::MAX)) as u32,
+        photons: automatic_or_more("photons", p.photons)? as u64,
+        jitter_every: automatic_or_more("jitter_every", p.jitter_every)?.min(i64::from(u32::MAX))
+            as u32,
         alpha: p.alpha,
         surface_radius: p.surface_radius,
         medium_radius: p.medium_radius,
@@ -231,6 +261,14 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         // What no clock can count to never comes.
         timeout: Duration::try_from_secs_f64(p.timeout).ok().filter(|timeout| !timeout.is_zero()),
     })
+}
+
+/// # Safety
+/// The name must be null or null-terminated.
+unsafe fn read_preset(name: *const c_char) -> Result<Preset, ParameterError> {
+    // SAFETY: the caller's promise.
+    let name = unsafe { read_string(name) };
+    name.map_or(Ok(Preset::default()), |name| name.parse())
 }
 
 /// None where there is no text.

@@ -18,6 +18,7 @@ pub enum Purpose {
     Aperture = 9,
     LampsOfPoints = 10,
     LampsOfBeams = 11,
+    LampProbe = 12,
 }
 
 /// The stream that belongs to one batch of one pass.

@@ -1,5 +1,6 @@
 //! What a scene calls for and what that costs, found out by a small render of each kind.
 
+use super::balance;
 use super::{begin, Parameters, RenderError, Stats};
 use crate::effect::Effects;
 use crate::scene::Scene;
@@ -18,18 +19,24 @@ pub struct Inspection {
 
 /// Renders the view rays of one jitter and a share of one pass, twice.
 pub fn inspect(scene: &dyn Scene, parameters: &Parameters) -> Result<Inspection, RenderError> {
+    let parameters = &parameters.settled(scene.description());
     let probe = Parameters {
-        photons: parameters.photons.min(PROBE),
+        photons: if parameters.photons == 0 { PROBE } else { parameters.photons.min(PROBE) },
         estimate_error: false,
         target_error: 0.0,
         ..parameters.clone()
     };
     let forced = Parameters { effects: Effects::ALL, ..probe.clone() };
-    Ok(Inspection {
-        called_for: one_pass(scene, &probe)?,
-        forced: one_pass(scene, &forced)?,
-        pass_over_probe: parameters.photons as f64 / probe.photons as f64,
-    })
+    let called_for = one_pass(scene, &probe)?;
+    let photons = match parameters.photons {
+        0 => {
+            let [width, height] = scene.description().film_size.map(u64::from);
+            balance::photons(width * height, called_for.connections, &called_for.counters)
+        }
+        given => given,
+    };
+    let pass_over_probe = photons as f64 / probe.photons as f64;
+    Ok(Inspection { called_for, forced: one_pass(scene, &forced)?, pass_over_probe })
 }
 
 fn one_pass(scene: &dyn Scene, parameters: &Parameters) -> Result<Stats, RenderError> {

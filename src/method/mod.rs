@@ -1,6 +1,7 @@
 //! The methods, each one readable pass, and what they share: parameters, progress, statistics.
 
 mod apa;
+mod balance;
 mod effects;
 mod inspect;
 mod observer;
@@ -10,6 +11,7 @@ mod ppbt;
 mod ppbt_metro;
 mod ppt;
 mod ppt_metro;
+mod preset;
 mod run;
 mod stats;
 
@@ -19,6 +21,7 @@ pub use effects::{EffectReport, Work};
 pub use inspect::{inspect, Inspection};
 pub use observer::{Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters, Shooting};
+pub use preset::Preset;
 pub use run::Progressive;
 pub use stats::{PhaseSeconds, Stats};
 
@@ -63,7 +66,7 @@ pub fn render(
 /// Begins a render that the caller advances pass by pass.
 pub fn begin<'a>(
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     parameters.validate()?;
     if scene.description().emitters.is_empty() {
@@ -77,7 +80,7 @@ pub fn begin<'a>(
         (Method::Apa, _) => apa::begin,
         (Method::Ppb, _) => ppb::begin,
     };
-    begin(scene, parameters)
+    begin(scene, &parameters.settled(scene.description()))
 }
 
 /// Tells the observer how far the render is; false where it has ended.

@@ -1,10 +1,17 @@
+use super::Preset;
 use crate::density::radius::{Schedule, UnknownSchedule};
 use crate::effect::{Effects, UnknownEffect};
 use crate::plan::{Plan, Steering, Wishes};
-use crate::scene::{PathLimits, SceneDescription, UNBOUNDED_DEPTH};
+use crate::scene::{PathLimits, SceneDescription};
 use crate::transport::photon_beam::{BeamKind, UnknownBeamKind};
 use serde::Serialize;
 use std::time::Duration;
+
+/// Photons per pixel and pass where none are given and chains shoot them.
+const PHOTONS_OF_CHAINS: u64 = 2;
+const FEWEST_PHOTONS: u64 = 1 << 14;
+/// Passes at the same view rays where chains shoot: their states are seen anew at each change.
+const PASSES_OF_CHAINS: u32 = 4;
 
 /// The algorithm that renders. [Collin 2013 §6]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -79,15 +86,15 @@ pub struct Parameters {
     /// How far photon beams reach.
     pub photon_beams: BeamKind,
     /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
-    /// rest alone (`connections`).
-    pub connections: bool,
+    /// rest alone (`connections`); none = where lamps are found.
+    pub connections: Option<bool>,
     /// Effects that are simulated though the scene does not call for them.
     pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).
     pub passes: u32,
-    /// Walks emitted per pass (`photons`).
+    /// Walks emitted per pass (`photons`); 0 = by the film's pixels and what photons cost in the scene.
     pub photons: u64,
-    /// View rays are jittered and both trees rebuilt every so many passes (`jitter_every`).
+    /// View rays are jittered and both trees rebuilt every so many passes (`jitter_every`); 0 = by the way of shooting.
     pub jitter_every: u32,
     /// Share of the photons kept from pass to pass, in (0,1) (`alpha`).
     pub alpha: f32,
@@ -118,26 +125,7 @@ fn serialize_timeout<S: serde::Serializer>(
 
 impl Default for Parameters {
     fn default() -> Self {
-        Parameters {
-            method: Method::Ppt,
-            shooting: None,
-            chains: 0,
-            photon_beams: BeamKind::Short,
-            connections: false,
-            effects: Effects::NONE,
-            passes: 16,
-            photons: 100_000,
-            jitter_every: 4,
-            alpha: 0.7,
-            surface_radius: 0.0,
-            medium_radius: 0.0,
-            radius_schedule: Schedule::Matched,
-            limits: PathLimits { max_depth: UNBOUNDED_DEPTH, rr_depth: 5, hide_emitters: false },
-            estimate_error: true,
-            target_error: 0.0,
-            seed: 0,
-            timeout: None,
-        }
+        Preset::default().parameters()
     }
 }
 
@@ -164,8 +152,12 @@ pub enum ParameterError {
     BadRadius { name: &'static str, value: f32 },
     #[error("alpha is {0}, but must lie strictly between 0 and 1")]
     BadAlpha(f32),
-    #[error("{name} is {value}, but must be at least 1")]
+    #[error("unknown preset \"{0}\"; use \"fast\" or \"paper\"")]
+    UnknownPreset(String),
+    #[error("{name} is {value}, but must be at least 0 (0 = automatic)")]
     TooSmall { name: &'static str, value: i64 },
+    #[error("passes is 0, but must be at least 1")]
+    NoPasses,
     #[error("chains is {0}, but must be at least 0 (0 = from the photons per pass)")]
     BadChains(i64),
     #[error("max_depth is {0}, but must be -1 (unbounded) or at least 0")]
@@ -218,7 +210,27 @@ impl Parameters {
             Shooting::Auto => Steering::Measured,
         };
         let Parameters { limits, effects: forced, connections, .. } = *self;
-        Plan::new(scene, Wishes { limits, forced, steering, connections })
+        Plan::new(
+            scene,
+            Wishes { limits, forced, steering, connections: connections == Some(true) },
+        )
+    }
+
+    /// The same with numbers in place of what is to be chosen by the scene's film; photons that are shot uniformly stay
+    /// open, for they depend on what a pilot costs.
+    pub fn settled(&self, scene: &SceneDescription) -> Parameters {
+        let [width, height] = scene.film_size.map(u64::from);
+        let with_chains = self.shooting() != Shooting::Uniform;
+        let photons = match self.photons {
+            0 if with_chains => (PHOTONS_OF_CHAINS * width * height).max(FEWEST_PHOTONS),
+            given => given,
+        };
+        let jitter_every = match self.jitter_every {
+            0 if with_chains => PASSES_OF_CHAINS,
+            0 => 1,
+            given => given,
+        };
+        Parameters { photons, jitter_every, ..self.clone() }
     }
 
     /// Checks ranges before any work is done.
@@ -235,14 +247,8 @@ impl Parameters {
             return Err(ParameterError::BadAlpha(self.alpha));
         }
         self.check_target_error()?;
-        for (name, value) in [
-            ("passes", self.passes as i64),
-            ("photons", self.photons as i64),
-            ("jitter_every", self.jitter_every as i64),
-        ] {
-            if value < 1 {
-                return Err(ParameterError::TooSmall { name, value });
-            }
+        if self.passes < 1 {
+            return Err(ParameterError::NoPasses);
         }
         Ok(())
     }

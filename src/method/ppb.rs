@@ -11,14 +11,14 @@ use crate::transport::view::ViewPaths;
 /// Begins a render with method `ppb`.
 pub fn begin<'a>(
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let run: Run<ViewPaths> =
         Run::new(scene, parameters, KernelDimensions::BEAMS, 1, |paths| paths)?;
     Ok(run.with_pass(move |pass, sums| {
-        let (stored, mut counters) = pass.store(Particles::Beams(parameters.photon_beams))?;
+        let (stored, mut counters) = pass.store(Particles::Beams(pass.parameters.photon_beams))?;
         let map = pass.build_map(stored);
-        counters.add(&map.estimate(scene, &pass.pairs(), parameters.photons, sums)?);
+        counters.add(&map.estimate(scene, &pass.pairs(), pass.parameters.photons, sums)?);
         Ok(counters)
     }))
 }

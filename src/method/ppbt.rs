@@ -12,13 +12,13 @@ use crate::transport::receivers::Receivers;
 /// Begins a render with method `ppbt`.
 pub fn begin<'a>(
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = UniformShooter::new(parameters.seed);
     let jitter_every = parameters.jitter_every;
     let run = Run::new(scene, parameters, KernelDimensions::BEAMS, jitter_every, Receivers::build)?;
     Ok(run.with_pass(move |pass, sums| {
-        let target = pass.target(Particles::Beams(parameters.photon_beams));
-        Ok(shooter.shoot(&target, pass.number, parameters.photons, sums)?)
+        let target = pass.target(Particles::Beams(pass.parameters.photon_beams));
+        Ok(shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?)
     }))
 }

@@ -12,7 +12,7 @@ use crate::transport::receivers::Receivers;
 /// Begins a render with method `ppbt_metro`.
 pub fn begin<'a>(
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = ChainShooter::new(parameters.seed, parameters.chains);
     let jitter_every = parameters.jitter_every;
@@ -21,8 +21,8 @@ pub fn begin<'a>(
         if pass.receivers_changed {
             shooter.receivers_changed();
         }
-        let target = pass.target(Particles::Beams(parameters.photon_beams));
-        let counters = shooter.shoot(&target, pass.number, parameters.photons, sums)?;
+        let target = pass.target(Particles::Beams(pass.parameters.photon_beams));
+        let counters = shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?;
         pass.report_shooting(shooter.report());
         Ok(counters)
     }))

@@ -12,7 +12,7 @@ use crate::transport::receivers::Receivers;
 /// Begins a render with method `ppt`.
 pub fn begin<'a>(
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = UniformShooter::new(parameters.seed);
     let jitter_every = parameters.jitter_every;
@@ -25,6 +25,6 @@ pub fn begin<'a>(
     )?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Points);
-        Ok(shooter.shoot(&target, pass.number, parameters.photons, sums)?)
+        Ok(shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?)
     }))
 }

@@ -12,7 +12,7 @@ use crate::transport::receivers::Receivers;
 /// Begins a render with method `ppt_metro`.
 pub fn begin<'a>(
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = ChainShooter::new(parameters.seed, parameters.chains);
     let jitter_every = parameters.jitter_every;
@@ -28,7 +28,7 @@ pub fn begin<'a>(
             shooter.receivers_changed();
         }
         let target = pass.target(Particles::Points);
-        let counters = shooter.shoot(&target, pass.number, parameters.photons, sums)?;
+        let counters = shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?;
         pass.report_shooting(shooter.report());
         Ok(counters)
     }))

@@ -1,5 +1,6 @@
 //! What all methods share: passes, jitters, radii, the film, clocks and counters.
 
+use super::balance;
 use super::effects::EffectReport;
 use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
@@ -8,7 +9,7 @@ use crate::film::{add_bias, add_jitter, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneResult};
-use crate::transport::connect::connect;
+use crate::transport::connect;
 use crate::transport::deposits::PixelSums;
 use crate::transport::footprint::{automatic_radii, resolvable_radii};
 use crate::transport::gather::{Particles, Target};
@@ -20,6 +21,9 @@ use crate::transport::store::{Storage, StoredPhotons};
 use crate::transport::view::{self, ViewPaths};
 use std::cell::Cell;
 use std::time::Instant;
+
+/// A number that no pass of a picture has: its photons are drawn from a stream of their own.
+const PILOT_PASS: u64 = u64::MAX;
 
 /// A render held between two passes, which the caller advances.
 pub trait Progressive {
@@ -56,6 +60,9 @@ where
 
     fn advance(&mut self) -> Result<(), RenderError> {
         let receivers_changed = self.run.jitter_when_due()?;
+        if self.run.parameters.photons == 0 {
+            self.run.settle_photons(&mut self.body)?;
+        }
         self.run.pass(receivers_changed, &mut self.body)?;
         self.run.end_jitter_when_due()
     }
@@ -76,7 +83,7 @@ where
 /// A render between two passes. `R` is what becomes of the ray paths of one jitter.
 pub struct Run<'a, R> {
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    parameters: Parameters,
     plan: Plan,
     start: Instant,
     jitter_every: u32,
@@ -158,23 +165,29 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
     /// Traces the first ray paths and chooses radii. View rays are jittered every `jitter_every` passes.
     pub fn new(
         scene: &'a dyn Scene,
-        parameters: &'a Parameters,
+        parameters: &Parameters,
         kernels: KernelDimensions,
         jitter_every: u32,
         prepare: fn(ViewPaths) -> R,
     ) -> Result<Self, RenderError> {
         let start = Instant::now();
         let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
-        let plan = parameters.plan(scene.description());
-        let ground = Ground { scene, parameters, plan: &plan };
-        let receivers = ground.trace(0, prepare, &mut counters, &mut seconds)?;
+        let mut plan = parameters.plan(scene.description());
+        let clock = Instant::now();
+        let paths = view::trace(scene, &plan, parameters.seed, 0)?;
+        if parameters.connections.is_none() {
+            plan.connections = connect::finds_lamps(scene, &plan, parameters.seed, &paths)?;
+        }
+        seconds.view += clock.elapsed().as_secs_f64();
+        let ground = Ground { scene, seed: parameters.seed, plan: &plan };
+        let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
         let first_radii = first_radii(scene, parameters, receivers.as_ref())?;
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
         let radii = RadiusSequence::new(first_radii, alpha, schedule, kernels)
             .not_below(resolvable_radii(receivers.as_ref()));
         Ok(Run {
             scene,
-            parameters,
+            parameters: parameters.clone(),
             plan,
             start,
             jitter_every,
@@ -210,10 +223,39 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             return Ok(false);
         }
         let jitter = u64::from(self.passes / self.jitter_every);
-        let ground = Ground { scene: self.scene, parameters: self.parameters, plan: &self.plan };
+        let ground = Ground { scene: self.scene, seed: self.parameters.seed, plan: &self.plan };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
         Ok(true)
+    }
+
+    /// Chooses the photons of all passes by a pilot, whose picture and counts are thrown away.
+    fn settle_photons(
+        &mut self,
+        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<(), RenderError> {
+        let clock = Instant::now();
+        let pixels = self.sums.len() as u64;
+        self.parameters.photons = balance::pilot(pixels);
+        let mut thrown_away = PixelSums::new(self.sums.len());
+        let counters = body(&self.next_pass(PILOT_PASS, false), &mut thrown_away)?;
+        self.parameters.photons = balance::photons(pixels, self.plan.connections, &counters);
+        self.seconds.photons += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn next_pass(&self, number: u64, receivers_changed: bool) -> Pass<'_, R> {
+        Pass {
+            scene: self.scene,
+            parameters: &self.parameters,
+            plan: &self.plan,
+            receivers: &self.receivers,
+            radii: self.radii.current(),
+            number,
+            receivers_changed,
+            shooting: Cell::new(self.shooting),
+            tree_seconds: Cell::new(0.0),
+        }
     }
 
     /// Runs one pass; the radii shrink after it.
@@ -224,19 +266,11 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<(), RenderError> {
         let clock = Instant::now();
-        let pass = Pass {
-            scene: self.scene,
-            parameters: self.parameters,
-            plan: &self.plan,
-            receivers: &self.receivers,
-            radii: self.radii.current(),
-            number: u64::from(self.passes),
-            receivers_changed,
-            shooting: Cell::new(self.shooting),
-            tree_seconds: Cell::new(0.0),
-        };
-        let counters = body(&pass, &mut self.sums)?;
+        let mut sums = std::mem::take(&mut self.sums);
+        let pass = self.next_pass(u64::from(self.passes), receivers_changed);
+        let counters = body(&pass, &mut sums)?;
         let (tree_seconds, shooting) = (pass.tree_seconds.get(), pass.shooting.get());
+        self.sums = sums;
         self.shooting = shooting;
         self.seconds.trees += tree_seconds;
         self.seconds.photons += clock.elapsed().as_secs_f64() - tree_seconds;
@@ -255,7 +289,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let mut warnings = self.scene.description().warnings.clone();
         warnings.extend(self.counters.warnings());
         let stats = Stats {
-            parameters: self.parameters.clone(),
+            parameters: self.parameters,
+            connections: self.plan.connections,
             passes: self.passes,
             threads: rayon::current_num_threads(),
             seconds: self.start.elapsed().as_secs_f64(),
@@ -325,7 +360,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
 /// What ray paths depend on.
 struct Ground<'a> {
     scene: &'a dyn Scene,
-    parameters: &'a Parameters,
+    seed: u64,
     plan: &'a Plan,
 }
 
@@ -339,10 +374,22 @@ impl Ground<'_> {
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
         let clock = Instant::now();
-        let (plan, seed) = (self.plan, self.parameters.seed);
-        let mut paths = view::trace(self.scene, plan, seed, jitter)?;
-        if plan.connections {
-            connect(self.scene, plan, seed, jitter, &mut paths)?;
+        let paths = view::trace(self.scene, self.plan, self.seed, jitter)?;
+        seconds.view += clock.elapsed().as_secs_f64();
+        self.receivers(paths, jitter, prepare, counters, seconds)
+    }
+
+    fn receivers<R: AsRef<ViewPaths>>(
+        &self,
+        mut paths: ViewPaths,
+        jitter: u64,
+        prepare: fn(ViewPaths) -> R,
+        counters: &mut Counters,
+        seconds: &mut PhaseSeconds,
+    ) -> Result<R, RenderError> {
+        let clock = Instant::now();
+        if self.plan.connections {
+            connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
         }
         counters.add(&paths.counters);
         seconds.view += clock.elapsed().as_secs_f64();

@@ -25,6 +25,8 @@ pub struct PhaseSeconds {
 pub struct Stats {
     /// As they were in force: the scene's, the command line's and the defaults.
     pub parameters: Parameters,
+    /// Whether receivers looked for lamps by themselves.
+    pub connections: bool,
     pub passes: u32,
     /// Threads that the engine worked with.
     pub threads: usize,

@@ -4,7 +4,7 @@ use crate::analytic::{
     Camera, Contents, Disclosure, Fog, Lamp, Material, Projection, Shape, Surface,
 };
 use crate::math::Rgb;
-use crate::method::{Method, Parameters};
+use crate::method::{Method, Parameters, Preset};
 use crate::scene::{PathLimits, Phase, VACUUM};
 use glam::DVec3;
 
@@ -23,7 +23,7 @@ pub fn one_pass(photons: u64, radius: f64) -> Parameters {
         photons,
         surface_radius: radius as f32,
         medium_radius: radius as f32,
-        ..Parameters::default()
+        ..Preset::Paper.parameters()
     }
 }
 

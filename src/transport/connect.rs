@@ -1,12 +1,12 @@
 //! Connections: what comes straight from lamps is looked for from visible points and view beams, one sample each, and
 //! photons leave it out. [Connection]
 
-use super::beam_sample;
+use super::beam_sample::{self, BeamSample};
 use super::counters::Counters;
 use super::deposits::{Deposit, Sink};
 use super::pairs::{Gathered, LampSample, Pairs};
 use super::photon::Family;
-use super::view::ViewPaths;
+use super::view::{BeamRecord, ViewPaths};
 use crate::density::radius::Radii;
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
@@ -15,6 +15,10 @@ use crate::scene::*;
 use glam::Vec3;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
+
+/// Receivers of each kind that are asked whether they find a lamp, and the share of finds from which on connections pay.
+const PROBES: usize = 4096;
+const FOUND_SHARE: f64 = 0.002;
 
 /// Adds to what the ray paths of one jitter see directly what lamps light up for them.
 pub fn connect(
@@ -44,6 +48,31 @@ pub fn connect(
     Ok(())
 }
 
+/// Whether lamps are found from a good share of the receivers. Where glass sends the light, connections would cost and find
+/// nothing. The numbers drawn for it are used for nothing else, so that the choice does not bias what is chosen.
+pub fn finds_lamps(
+    scene: &dyn Scene,
+    plan: &Plan,
+    seed: u64,
+    paths: &ViewPaths,
+) -> SceneResult<bool> {
+    let pairs = Pairs::new(plan, paths, Radii::default());
+    let mut rng = uniform::stream(seed, Purpose::LampProbe, 0, 0);
+    let connector = Connector { scene, pairs };
+    let mut sampled = Vec::new();
+    if plan.simulates(Effect::SurfaceGathering) {
+        let every = paths.points.len().div_ceil(PROBES).max(1);
+        let indices: Vec<usize> = (0..paths.points.len()).step_by(every).collect();
+        sampled.extend(connector.lamps(&connector.at_points(&indices), &mut rng)?);
+    }
+    let every = paths.beams.len().div_ceil(PROBES).max(1);
+    let indices: Vec<usize> = (0..paths.beams.len()).step_by(every).collect();
+    let drawn = connector.draw(&indices, &mut rng);
+    sampled.extend(connector.lamps(&connector.on_beams(&drawn), &mut rng)?);
+    let found = sampled.iter().filter(|lamp| !lamp.irradiance.is_zero()).count();
+    Ok(found as f64 > FOUND_SHARE * sampled.len() as f64)
+}
+
 fn range(batch: Batch) -> Range<usize> {
     batch.first as usize..batch.first as usize + batch.lanes
 }
@@ -55,42 +84,54 @@ struct Connector<'a> {
 
 impl Connector<'_> {
     fn points(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
-        let paths = self.pairs.paths;
-        let points = &paths.points[range.clone()];
-        let places = Places {
-            medium: paths.point_media[range].to_vec(),
-            position: Planes::push_all(points.iter().map(|point| point.position)),
-            normal: Planes::push_all(points.iter().map(|point| point.geometric_normal)),
-        };
-        let lamps = self.lamps(&places, rng)?;
+        let indices: Vec<usize> = range.collect();
+        let lamps = self.lamps(&self.at_points(&indices), rng)?;
         let mut out = Gathered::new(Found::default());
-        for (point, lamp) in points.iter().zip(lamps) {
-            self.pairs.lamp_on_point(lamp, point, &mut out);
+        for (&index, lamp) in indices.iter().zip(lamps) {
+            self.pairs.lamp_on_point(lamp, &self.pairs.paths.points[index], &mut out);
         }
-        self.resolve(out, points.len())
+        self.resolve(out, indices.len())
     }
 
     fn beams(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
-        let paths = self.pairs.paths;
-        let mut drawn = Vec::new();
-        for beam in &paths.beams[range] {
-            let numbers = [uniform::next(rng), uniform::next(rng)];
-            if let Some(place) = beam_sample::draw(paths, self.pairs.media, beam, numbers) {
-                drawn.push((beam, place));
-            }
-        }
-        let position = drawn.iter().map(|(beam, place)| beam.segment.at(place.t));
-        let places = Places {
-            medium: drawn.iter().map(|(beam, _)| beam.medium).collect(),
-            position: Planes::push_all(position),
-            normal: Planes::push_all(drawn.iter().map(|_| Vec3::ZERO)),
-        };
-        let lamps = self.lamps(&places, rng)?;
+        let drawn = self.draw(&range.collect::<Vec<_>>(), rng);
+        let lamps = self.lamps(&self.on_beams(&drawn), rng)?;
         let mut out = Gathered::new(Found::default());
         for ((beam, place), lamp) in drawn.iter().zip(lamps) {
             self.pairs.lamp_on_beam(lamp, beam, place.t, place.density, &mut out);
         }
         self.resolve(out, drawn.len())
+    }
+
+    fn at_points(&self, indices: &[usize]) -> Places {
+        let paths = self.pairs.paths;
+        let points = indices.iter().map(|&index| &paths.points[index]);
+        Places {
+            medium: indices.iter().map(|&index| paths.point_media[index]).collect(),
+            position: Planes::push_all(points.clone().map(|point| point.position)),
+            normal: Planes::push_all(points.map(|point| point.geometric_normal)),
+        }
+    }
+
+    /// One place on each beam that light can be scattered from.
+    fn draw(&self, indices: &[usize], rng: &mut Pcg64Mcg) -> Vec<(&BeamRecord, BeamSample)> {
+        let paths = self.pairs.paths;
+        let mut drawn = Vec::new();
+        for beam in indices.iter().map(|&index| &paths.beams[index]) {
+            let numbers = [uniform::next(rng), uniform::next(rng)];
+            let place = beam_sample::draw(paths, self.pairs.media, beam, numbers);
+            drawn.extend(place.map(|place| (beam, place)));
+        }
+        drawn
+    }
+
+    fn on_beams(&self, drawn: &[(&BeamRecord, BeamSample)]) -> Places {
+        let position = drawn.iter().map(|(beam, place)| beam.segment.at(place.t));
+        Places {
+            medium: drawn.iter().map(|(beam, _)| beam.medium).collect(),
+            position: Planes::push_all(position),
+            normal: Planes::push_all(drawn.iter().map(|_| Vec3::ZERO)),
+        }
     }
 
     fn lamps(&self, places: &Places, rng: &mut Pcg64Mcg) -> SceneResult<Vec<LampSample>> {

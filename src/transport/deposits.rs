@@ -97,7 +97,7 @@ impl Deposits {
 }
 
 /// Sums per pixel of radiance and of its bias, in f64: f32 sums stop moving.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct PixelSums {
     sums: Vec<[f64; 4]>,
 }

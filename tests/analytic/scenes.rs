@@ -7,7 +7,7 @@ use vpt::analytic::{
 };
 use vpt::film::FilmSums;
 use vpt::math::{Aabb, Rgb};
-use vpt::method::{self, Parameters, Silent};
+use vpt::method::{self, Parameters, Preset, Silent};
 use vpt::scene::{PathLimits, Phase};
 
 /// Index of the only fog in most scenes.
@@ -62,7 +62,7 @@ pub fn one_pass(photons: u64, radius: f32) -> Parameters {
         photons,
         surface_radius: radius,
         medium_radius: radius,
-        ..Parameters::default()
+        ..Preset::Paper.parameters()
     }
 }
 

@@ -4,7 +4,8 @@
 mod served;
 
 use super::abi::{VptObserver, VptParameters, VptProgress, VptStats};
-use super::exports::{vpt_default_parameters, vpt_render};
+use super::exports::{raw_parameters, vpt_render};
+use crate::method::Preset;
 use crate::scene::Scene;
 use served::ServedScene;
 use std::ffi::{c_char, c_void, CStr, CString, NulError};
@@ -19,20 +20,22 @@ pub struct RawParameters {
     pub shooting: CString,
     pub photon_beams: CString,
     pub effects: CString,
+    pub preset: CString,
 }
 
 impl RawParameters {
-    /// The engine's defaults with these names; empty ones are left to the engine.
+    /// The numbers of the paper's preset with these names; empty ones are left to the engine.
     pub fn named(
         [method, radius_schedule, shooting, photon_beams, effects]: [&str; 5],
     ) -> Result<Self, NulError> {
         Ok(RawParameters {
-            numbers: vpt_default_parameters(),
+            numbers: raw_parameters(&Preset::Paper.parameters()),
             method: CString::new(method)?,
             radius_schedule: CString::new(radius_schedule)?,
             shooting: CString::new(shooting)?,
             photon_beams: CString::new(photon_beams)?,
             effects: CString::new(effects)?,
+            preset: CString::default(),
         })
     }
 
@@ -43,6 +46,7 @@ impl RawParameters {
             shooting: self.shooting.as_ptr(),
             photon_beams: self.photon_beams.as_ptr(),
             effects: self.effects.as_ptr(),
+            preset: self.preset.as_ptr(),
             ..self.numbers
         }
     }

@@ -347,12 +347,13 @@ private:
         Vector3f wo = si.to_world(bs.wo);
         Mask null = has_flag(bs.sampled_type, BSDFFlags::Null);
 
-        // Adjoint of shading normals. [Veach 1997 (5.19)]
-        Float in_geometric = dr::dot(si.n, -direction), out_geometric = dr::dot(si.n, wo),
+        // Adjoint of shading normals. [Veach 1997 (5.19)] A mesh may be wound against its own vertex normals: those count.
+        Normal3f n = dr::mulsign(si.n, dr::dot(si.n, si.sh_frame.n));
+        Float in_geometric = dr::dot(n, -direction), out_geometric = dr::dot(n, wo),
               in_shading = Frame3f::cos_theta(si.wi), out_shading = Frame3f::cos_theta(bs.wo);
         Mask leaks = in_geometric * in_shading <= 0.f || out_geometric * out_shading <= 0.f;
         Float correction = dr::abs((in_shading * out_geometric) / (out_shading * in_geometric));
-        Mask flat = dr::dot(si.n, si.sh_frame.n) > 1.f - 1e-6f;
+        Mask flat = dr::dot(n, si.sh_frame.n) > 1.f - 1e-6f;
         weight *= dr::select(null || flat, 1.f, dr::select(leaks, 0.f, correction));
 
         Ray3f next = si.spawn_ray(wo);

@@ -319,7 +319,12 @@ private:
     void collect_emitters() {
         for (auto &emitter : m_scene->emitters()) {
             bool is_environment = emitter->is_environment();
-            m_emitters.push_back({ keep_name(*emitter), emitter->shape() || is_environment, is_environment });
+            auto bounds = emitter->bbox();
+            bool near = !has_flag(emitter->flags(), EmitterFlags::Infinite) && bounds.valid();
+            auto centre = near ? bounds.center() : ScalarPoint3f(0.f);
+            m_emitters.push_back({ keep_name(*emitter), emitter->shape() || is_environment, is_environment,
+                                   { centre.x(), centre.y(), centre.z() },
+                                   near ? .5f * dr::norm(bounds.extents()) : -1.f });
             const Medium *medium = medium_around(emitter.get());
             bool infinite = has_flag(emitter->flags(), EmitterFlags::Infinite);
             bool shines =

@@ -118,6 +118,7 @@ typedef struct VptParameters {
   uint32_t hide_emitters;
   // One of `VPT_CONNECTIONS_*`.
   uint32_t connections;
+  uint32_t emission_rays;
   uint32_t estimate_error;
   // 0 for none.
   double target_error;
@@ -168,6 +169,9 @@ typedef struct VptEmitter {
   uint32_t is_visible;
   // Nonzero for a sky.
   uint32_t is_environment;
+  // A ball around it; the radius is negative where it is infinitely far away.
+  float centre[3];
+  float radius;
 } VptEmitter;
 
 // Facts about the scene; pointers stay valid until the render ends.

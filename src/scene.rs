@@ -140,6 +140,15 @@ pub struct EmitterFacts {
     pub is_visible: bool,
     /// Whether it is a sky.
     pub is_environment: bool,
+    /// Where it is; none if it is infinitely far away.
+    pub place: Option<Place>,
+}
+
+/// A ball around something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    pub centre: glam::Vec3,
+    pub radius: f32,
 }
 
 /// What is known of the sensor in advance.

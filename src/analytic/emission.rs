@@ -2,7 +2,7 @@ use super::ray::Ray;
 use super::surface::Surface;
 use super::warp;
 use crate::math::Rgb;
-use crate::scene::{EmitterFacts, VACUUM};
+use crate::scene::{EmitterFacts, Place, VACUUM};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -99,7 +99,14 @@ impl Emitter {
     pub fn facts(&self, index: usize) -> EmitterFacts {
         let is_environment = matches!(self, Emitter::Lamp(Lamp::Sky { .. }));
         let is_visible = is_environment || matches!(self, Emitter::Surface(_));
-        EmitterFacts { name: format!("emitter {index}"), is_visible, is_environment }
+        let place = match *self {
+            Emitter::Lamp(Lamp::Point { position, .. }) => {
+                Some(Place { centre: position.as_vec3(), radius: 0.0 })
+            }
+            Emitter::Lamp(Lamp::Sky { .. } | Lamp::Sun { .. }) => None,
+            Emitter::Surface(surface) => Some(surface.shape.place()),
+        };
+        EmitterFacts { name: format!("emitter {index}"), is_visible, is_environment, place }
     }
 
     /// `position` and `direction` are pairs of uniform numbers.

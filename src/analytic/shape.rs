@@ -1,6 +1,7 @@
 use super::ray::{Ray, CLEARANCE};
 use super::warp;
 use crate::math::Aabb;
+use crate::scene::Place;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -44,6 +45,15 @@ impl Shape {
                 (center.abs() + half_u.abs() + half_v.abs()).max_element()
             }
         }
+    }
+
+    /// A ball around it.
+    pub(super) fn place(&self) -> Place {
+        let (centre, radius) = match *self {
+            Shape::Sphere { center, radius, .. } => (center, radius),
+            Shape::Rectangle { center, half_u, half_v } => (center, (half_u + half_v).length()),
+        };
+        Place { centre: centre.as_vec3(), radius: radius as f32 }
     }
 
     /// Unit normal of the front at a point of the surface.

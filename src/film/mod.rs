@@ -5,7 +5,7 @@ pub mod error;
 use crate::math::Rgb;
 use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
-use crate::transport::view::ViewPaths;
+use crate::transport::view::{EmissionSamples, ViewPaths};
 
 /// Radiance beyond this is cut off: films take single precision, and weigh it by passes and filters.
 const BRIGHTEST: f64 = 1e28;
@@ -28,6 +28,45 @@ impl FilmSums {
         assert_eq!(self.values.len(), other.values.len());
         self.values.iter_mut().zip(&other.values).for_each(|(mine, theirs)| *mine += theirs);
     }
+
+    /// Adds the mean of another film, by its own weights, to the mean of this one.
+    // [Emission rays]
+    pub fn add_mean(&mut self, other: &FilmSums, description: &SceneDescription) {
+        self.add_scaled(other, description, |mine, theirs| mine / theirs);
+    }
+
+    /// Adds everything but the weights.
+    pub fn add_channels(&mut self, other: &FilmSums, description: &SceneDescription) {
+        self.add_scaled(other, description, |_, _| 1.0);
+    }
+
+    /// Adds all channels but the weights, scaled by a function of both weights, where that is finite.
+    fn add_scaled(
+        &mut self,
+        other: &FilmSums,
+        description: &SceneDescription,
+        scale: impl Fn(f64, f64) -> f64,
+    ) {
+        assert_eq!(self.values.len(), other.values.len());
+        let channels = description.film_channels as usize;
+        let pixels =
+            self.values.chunks_exact_mut(channels).zip(other.values.chunks_exact(channels));
+        for (mine, theirs) in pixels {
+            let scale = scale(mine[channels - 1], theirs[channels - 1]);
+            if scale.is_finite() {
+                for (mine, theirs) in mine.iter_mut().zip(theirs).take(channels - 1) {
+                    *mine += theirs * scale;
+                }
+            }
+        }
+    }
+}
+
+/// Whether emission that is seen directly goes to the film with what photons and connections bring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Emission {
+    Included,
+    LeftOut,
 }
 
 /// Adds the ray paths of one jitter to the film, weighted by the passes that shot at them.
@@ -35,12 +74,17 @@ impl FilmSums {
 pub fn add_jitter(
     scene: &dyn Scene,
     paths: &ViewPaths,
+    emission: Emission,
     sums: &PixelSums,
     passes: u32,
     film: &mut FilmSums,
 ) -> SceneResult<()> {
     splat(scene, paths, passes, film, |pixel| {
-        let emission = glam::Vec3::from(paths.emission[pixel]).to_array();
+        let mut seen = paths.connected.get(pixel).copied().unwrap_or(Rgb::ZERO);
+        if emission == Emission::Included {
+            seen += paths.emission[pixel];
+        }
+        let emission = glam::Vec3::from(seen).to_array();
         let sums = sums.radiance(pixel);
         let [r, g, b] = [0, 1, 2].map(|channel| {
             let radiance = f64::from(emission[channel]) + sums[channel] / f64::from(passes);
@@ -48,6 +92,31 @@ pub fn add_jitter(
         });
         Rgb::new(r, g, b)
     })
+}
+
+/// Adds the emission that the ray paths of one jitter and further rays saw, all rays of a pixel together as much as one.
+// [Emission rays]
+pub fn add_emission(
+    scene: &dyn Scene,
+    paths: &ViewPaths,
+    further: &EmissionSamples,
+    passes: u32,
+    film: &mut FilmSums,
+) -> SceneResult<()> {
+    let mut rays = vec![1.0_f32; paths.film.len()];
+    further.pixels.iter().for_each(|&pixel| rays[pixel as usize] += 1.0);
+    let weights = rays.iter().map(|rays| passes as f32 / rays);
+    let further_weights = further.pixels.iter().map(|&p| passes as f32 / rays[p as usize]);
+    let positions = || paths.film.iter().chain(&further.film);
+    let axis = |axis: usize| positions().map(move |position| position[axis]);
+    let radiance = paths.emission.iter().chain(&further.radiance).map(|&rgb| rgb.into());
+    let samples = FilmSamples {
+        position: axis(0).chain(axis(1)).collect(),
+        radiance: Planes::push_all(radiance.collect::<Vec<_>>().into_iter()),
+        alpha: vec![0.0; positions().count()],
+        weight: weights.chain(further_weights).collect(),
+    };
+    scene.splat(&samples, &mut film.values)
 }
 
 /// Adds the bias of one jitter to a film of its own, the same for all colours.

@@ -108,6 +108,9 @@ pub struct VptEmitter {
     pub is_visible: u32,
     /// Nonzero for a sky.
     pub is_environment: u32,
+    /// A ball around it; the radius is negative where it is infinitely far away.
+    pub centre: [f32; 3],
+    pub radius: f32,
 }
 
 /// Facts about the scene; pointers stay valid until the render ends.
@@ -342,6 +345,7 @@ pub struct VptParameters {
     pub hide_emitters: u32,
     /// One of `VPT_CONNECTIONS_*`.
     pub connections: u32,
+    pub emission_rays: u32,
     pub estimate_error: u32,
     /// 0 for none.
     pub target_error: f64,

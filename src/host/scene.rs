@@ -180,6 +180,7 @@ unsafe fn read_emitter(e: &VptEmitter) -> EmitterFacts {
         name: unsafe { read_text(e.name) },
         is_visible: e.is_visible != 0,
         is_environment: e.is_environment != 0,
+        place: (e.radius >= 0.0).then(|| Place { centre: e.centre.into(), radius: e.radius }),
     }
 }
 

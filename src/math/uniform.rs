@@ -19,6 +19,9 @@ pub enum Purpose {
     LampsOfPoints = 10,
     LampsOfBeams = 11,
     LampProbe = 12,
+    EmissionRays = 13,
+    EmissionAperture = 14,
+    EmissionTables = 15,
 }
 
 /// The stream that belongs to one batch of one pass.

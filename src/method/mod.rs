@@ -3,6 +3,7 @@
 mod apa;
 mod balance;
 mod effects;
+mod emission;
 mod inspect;
 mod observer;
 mod parameters;

@@ -88,6 +88,8 @@ pub struct Parameters {
     /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
     /// rest alone (`connections`); none = where lamps are found.
     pub connections: Option<bool>,
+    /// Whether edges of lamps that are seen directly get rays of their own (`emission_rays`).
+    pub emission_rays: bool,
     /// Effects that are simulated though the scene does not call for them.
     pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).

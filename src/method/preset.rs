@@ -27,6 +27,7 @@ impl Preset {
             chains: 0,
             photon_beams: BeamKind::Short,
             connections: None,
+            emission_rays: true,
             effects: Effects::NONE,
             passes: 16,
             photons: 0,
@@ -45,6 +46,7 @@ impl Preset {
             Preset::Fast => fast,
             Preset::Paper => Parameters {
                 connections: Some(false),
+                emission_rays: false,
                 photons: 100_000,
                 jitter_every: 4,
                 radius_schedule: Schedule::Paper,

@@ -2,10 +2,12 @@
 
 use super::balance;
 use super::effects::EffectReport;
+use super::emission::DirectEmission;
 use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
+use crate::effect::Effect;
 use crate::film::error::{ErrorEstimate, ErrorSums};
-use crate::film::{add_bias, add_jitter, FilmSums};
+use crate::film::{add_bias, add_emission, add_jitter, Emission, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneResult};
@@ -96,6 +98,8 @@ pub struct Run<'a, R> {
     receivers: R,
     sums: PixelSums,
     film: FilmSums,
+    /// None where emission that is seen directly gets no rays of its own.
+    emission: Option<DirectEmission>,
     /// None where no error is to be estimated.
     error: Option<ErrorSums>,
     estimate: Option<ErrorEstimate>,
@@ -182,6 +186,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let ground = Ground { scene, seed: parameters.seed, plan: &plan };
         let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
         let first_radii = first_radii(scene, parameters, receivers.as_ref())?;
+        let wants_emission_rays =
+            parameters.emission_rays && plan.simulates(Effect::DirectEmission);
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
         let radii = RadiusSequence::new(first_radii, alpha, schedule, kernels)
             .not_below(resolvable_radii(receivers.as_ref()));
@@ -199,6 +205,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             sums: PixelSums::new(receivers.as_ref().film.len()),
             receivers,
             film: FilmSums::new(scene.description()),
+            emission: wants_emission_rays.then(|| DirectEmission::new(scene.description())),
             error: parameters.estimate_error.then(|| ErrorSums::new(scene.description(), alpha)),
             estimate: None,
             counters,
@@ -226,6 +233,12 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let ground = Ground { scene: self.scene, seed: self.parameters.seed, plan: &self.plan };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
+        if let Some(emission) = &mut self.emission {
+            let clock = Instant::now();
+            emission.trace(self.scene, &self.plan, self.parameters.seed, jitter)?;
+            self.counters.add(&emission.counters());
+            self.seconds.view += clock.elapsed().as_secs_f64();
+        }
         Ok(true)
     }
 
@@ -304,7 +317,11 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             warnings,
         };
         let error_image = self.error.map(|error| error.image());
-        Ok(Outcome { film: self.film, error_image, stats })
+        let mut film = self.film;
+        if let Some(emission) = self.emission {
+            film.add_mean(&emission.film, self.scene.description());
+        }
+        Ok(Outcome { film, error_image, stats })
     }
 
     fn end_jitter_when_due(&mut self) -> Result<(), RenderError> {
@@ -321,11 +338,19 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let passes = std::mem::take(&mut self.passes_of_jitter);
         let (scene, paths) = (self.scene, self.receivers.as_ref());
         let mut film = FilmSums::new(scene.description());
-        add_jitter(scene, paths, &self.sums, passes, &mut film)?;
+        let place = self.place_of_emission();
+        add_jitter(scene, paths, place, &self.sums, passes, &mut film)?;
+        let emission =
+            self.emission.as_mut().map(|own| own.end_jitter(scene, paths, &self.sums, passes));
+        let emission = emission.transpose()?;
         if let Some(error) = self.error.as_mut().filter(|_| passes == self.jitter_every) {
             let mut bias = FilmSums::new(scene.description());
             add_bias(scene, paths, &self.sums, passes, &mut bias)?;
-            error.add(&film, &bias);
+            let mut whole = film.clone();
+            if let Some(emission) = &emission {
+                whole.add_channels(emission, scene.description());
+            }
+            error.add(&whole, &bias);
             self.estimate = error.estimate();
         }
         self.film.add(&film);
@@ -337,11 +362,26 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
     /// The film, with the jitter under way weighted by the passes that it has had.
     fn film_so_far(&self) -> Result<FilmSums, RenderError> {
         let mut film = self.film.clone();
+        let mut emission = self.emission.as_ref().map(|own| own.film.clone());
         if self.passes_of_jitter > 0 {
             let (paths, passes) = (self.receivers.as_ref(), self.passes_of_jitter);
-            add_jitter(self.scene, paths, &self.sums, passes, &mut film)?;
+            add_jitter(self.scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
+            if let (Some(sums), Some(own)) = (&mut emission, &self.emission) {
+                add_emission(self.scene, paths, &own.further, passes, sums)?;
+            }
+        }
+        if let Some(emission) = emission {
+            film.add_mean(&emission, self.scene.description());
         }
         Ok(film)
+    }
+
+    fn place_of_emission(&self) -> Emission {
+        if self.emission.is_some() {
+            Emission::LeftOut
+        } else {
+            Emission::Included
+        }
     }
 
     fn progress(&self) -> Progress {

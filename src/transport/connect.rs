@@ -1,7 +1,7 @@
 //! Connections: what comes straight from lamps is looked for from visible points and view beams, one sample each, and
 //! photons leave it out. [Connection]
 
-use super::beam_sample::{self, BeamSample};
+use super::beam_sample::{self, BeamSample, NUMBERS};
 use super::counters::Counters;
 use super::deposits::{Deposit, Sink};
 use super::pairs::{Gathered, LampSample, Pairs};
@@ -10,6 +10,7 @@ use super::view::{BeamRecord, ViewPaths};
 use crate::density::radius::Radii;
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
+use crate::math::Rgb;
 use crate::plan::Plan;
 use crate::scene::*;
 use glam::Vec3;
@@ -29,7 +30,7 @@ pub fn connect(
     paths: &mut ViewPaths,
 ) -> SceneResult<()> {
     let stream = |purpose, batch: Batch| uniform::stream(seed, purpose, jitter, batch.number);
-    let connector = Connector { scene, pairs: Pairs::new(plan, paths, Radii::default()) };
+    let connector = Connector::new(scene, plan, paths);
     let mut parts = Vec::new();
     if plan.simulates(Effect::SurfaceGathering) {
         parts.extend(scene.batching().run_all(paths.points.len() as u64, |batch| {
@@ -39,9 +40,10 @@ pub fn connect(
     parts.extend(scene.batching().run_all(paths.beams.len() as u64, |batch| {
         connector.beams(range(batch), &mut stream(Purpose::LampsOfBeams, batch))
     })?);
+    paths.connected = vec![Rgb::ZERO; paths.film.len()];
     for (found, counters) in parts {
         for (pixel, radiance) in found.0 {
-            paths.emission[pixel as usize] += radiance;
+            paths.connected[pixel as usize] += radiance;
         }
         paths.counters.add(&counters);
     }
@@ -56,9 +58,8 @@ pub fn finds_lamps(
     seed: u64,
     paths: &ViewPaths,
 ) -> SceneResult<bool> {
-    let pairs = Pairs::new(plan, paths, Radii::default());
     let mut rng = uniform::stream(seed, Purpose::LampProbe, 0, 0);
-    let connector = Connector { scene, pairs };
+    let connector = Connector::new(scene, plan, paths);
     let mut sampled = Vec::new();
     if plan.simulates(Effect::SurfaceGathering) {
         let every = paths.points.len().div_ceil(PROBES).max(1);
@@ -80,9 +81,18 @@ fn range(batch: Batch) -> Range<usize> {
 struct Connector<'a> {
     scene: &'a dyn Scene,
     pairs: Pairs<'a>,
+    /// Lamps that are not infinitely far away.
+    lamps_near: Vec<Place>,
 }
 
-impl Connector<'_> {
+impl<'a> Connector<'a> {
+    fn new(scene: &'a dyn Scene, plan: &'a Plan, paths: &'a ViewPaths) -> Self {
+        let pairs = Pairs::new(plan, paths, Radii::default());
+        let lamps_near =
+            scene.description().emitters.iter().filter_map(|lamp| lamp.place).collect();
+        Connector { scene, pairs, lamps_near }
+    }
+
     fn points(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
         let indices: Vec<usize> = range.collect();
         let lamps = self.lamps(&self.at_points(&indices), rng)?;
@@ -118,8 +128,8 @@ impl Connector<'_> {
         let paths = self.pairs.paths;
         let mut drawn = Vec::new();
         for beam in indices.iter().map(|&index| &paths.beams[index]) {
-            let numbers = [uniform::next(rng), uniform::next(rng)];
-            let place = beam_sample::draw(paths, self.pairs.media, beam, numbers);
+            let numbers: [f32; NUMBERS] = std::array::from_fn(|_| uniform::next(rng));
+            let place = beam_sample::draw(paths, self.pairs.media, &self.lamps_near, beam, numbers);
             drawn.extend(place.map(|place| (beam, place)));
         }
         drawn
@@ -162,7 +172,7 @@ impl Connector<'_> {
 
 /// Radiance by pixel.
 #[derive(Default)]
-struct Found(Vec<(u32, crate::math::Rgb)>);
+struct Found(Vec<(u32, Rgb)>);
 
 impl Sink for Found {
     fn push(&mut self, _: u32, _: Family, deposit: Deposit) {

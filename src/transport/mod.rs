@@ -6,6 +6,7 @@ pub mod cone;
 pub mod connect;
 pub mod counters;
 pub mod deposits;
+pub mod emission_rays;
 pub mod extent;
 pub mod footprint;
 pub mod gather;

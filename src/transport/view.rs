@@ -72,6 +72,8 @@ pub struct ViewPaths {
     pub film: Vec<[f32; 2]>,
     pub emission: Vec<Rgb>,
     pub alpha: Vec<f32>,
+    /// What connections found for each path; empty where none are made.
+    pub connected: Vec<Rgb>,
     /// Directions of the beams.
     pub beam_cone: DirectionCone,
     /// What was done for them.
@@ -86,13 +88,59 @@ struct StoredPoint {
     skips_emitters: bool,
 }
 
+/// Emission that rays saw directly, where on the film.
+#[derive(Debug, Default)]
+pub struct EmissionSamples {
+    /// The pixel of each ray, its film position (x, y) and what it saw.
+    pub pixels: Vec<u32>,
+    pub film: Vec<[f32; 2]>,
+    pub radiance: Vec<Rgb>,
+    pub counters: Counters,
+}
+
+/// Traces rays through these pixels that look for emission alone.
+pub fn trace_emission(
+    scene: &dyn Scene,
+    plan: &Plan,
+    seed: u64,
+    jitter: u64,
+    pixels: &[u32],
+) -> SceneResult<EmissionSamples> {
+    let traced = scene.batching().run_all(pixels.len() as u64, |batch| {
+        let stream = |purpose| {
+            let purpose = match purpose {
+                Purpose::Aperture => Purpose::EmissionAperture,
+                Purpose::ViewTables => Purpose::EmissionTables,
+                _ => Purpose::EmissionRays,
+            };
+            uniform::stream(seed, purpose, jitter, batch.number)
+        };
+        let first = batch.first as usize;
+        let pixels = pixels[first..first + batch.lanes].to_vec();
+        let ViewPaths { film, emission, counters, .. } =
+            Tracer::new(scene, plan, pixels, stream).trace()?;
+        Ok((film, emission, counters))
+    })?;
+    let mut samples = EmissionSamples { pixels: pixels.to_vec(), ..EmissionSamples::default() };
+    for (mut film, mut radiance, counters) in traced {
+        samples.film.append(&mut film);
+        samples.radiance.append(&mut radiance);
+        samples.counters.emission_queries += counters.emission_queries;
+        samples.counters.view_table_samples += counters.view_table_samples;
+        samples.counters.dropped_view_rays += counters.dropped_view_rays;
+    }
+    Ok(samples)
+}
+
 /// Traces one ray path per pixel, jittered within it, and tells the scene which points to keep.
 pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneResult<ViewPaths> {
     let [width, height] = scene.description().film_size;
     let pixels = u64::from(width) * u64::from(height);
     let traced = scene.batching().run_all(pixels, |batch| {
         let stream = |purpose| uniform::stream(seed, purpose, jitter, batch.number);
-        Tracer::new(scene, plan, batch, stream).trace()
+        let first = batch.first as u32;
+        let pixels = (first..first + batch.lanes as u32).collect();
+        Tracer::new(scene, plan, pixels, stream).trace()
     })?;
     let mut paths = ViewPaths::default();
     for batch in traced {
@@ -211,11 +259,11 @@ struct Path {
     alive: bool,
 }
 
-/// Traces a batch of neighbouring pixels.
+/// Traces a batch of rays through given pixels.
 struct Tracer<'a> {
     scene: &'a dyn Scene,
     plan: &'a Plan,
-    first: usize,
+    pixels: Vec<u32>,
     /// Streams for rays, for places on the aperture, and for tables: what is not simulated draws nothing, and
     /// leaves the others as they are.
     rng: Pcg64Mcg,
@@ -229,10 +277,10 @@ impl<'a> Tracer<'a> {
     fn new(
         scene: &'a dyn Scene,
         plan: &'a Plan,
-        batch: Batch,
+        pixels: Vec<u32>,
         stream: impl Fn(Purpose) -> Pcg64Mcg,
     ) -> Self {
-        let lanes = batch.lanes;
+        let lanes = pixels.len();
         let path = Path {
             throughput: Rgb::ONE,
             depth: 0,
@@ -250,7 +298,7 @@ impl<'a> Tracer<'a> {
         Tracer {
             scene,
             plan,
-            first: batch.first as usize,
+            pixels,
             rng: stream(Purpose::ViewRays),
             aperture: stream(Purpose::Aperture),
             table_rng: stream(Purpose::ViewTables),
@@ -348,7 +396,7 @@ impl<'a> Tracer<'a> {
         let lanes = self.paths.len();
         let mut film = vec![0.0; 2 * lanes];
         for lane in 0..lanes {
-            let pixel = self.first + lane;
+            let pixel = self.pixels[lane] as usize;
             let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
             let position = [
                 x + offset[0] as f32 + self.rng.random::<f32>(),
@@ -429,7 +477,7 @@ impl<'a> Tracer<'a> {
                 length: segment_length,
             },
             throughput: path.throughput,
-            pixel: (self.first + lane) as u32,
+            pixel: self.pixels[lane],
             medium,
             table,
             depth: path.depth,
@@ -473,7 +521,7 @@ impl<'a> Tracer<'a> {
             normal: v.normal.get(lane),
             throughput: path.throughput,
             lobe,
-            pixel: (self.first + lane) as u32,
+            pixel: self.pixels[lane],
             depth: path.depth,
         });
     }

@@ -58,6 +58,8 @@ impl<'a> ServedScene<'a> {
                     name: names.keep(&e.name),
                     is_visible: e.is_visible.into(),
                     is_environment: e.is_environment.into(),
+                    centre: e.place.map_or([0.0; 3], |place| place.centre.into()),
+                    radius: e.place.map_or(-1.0, |place| place.radius),
                 })
                 .collect(),
             warnings: description.warnings.iter().map(|w| names.keep(w)).collect(),

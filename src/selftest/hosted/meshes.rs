@@ -19,10 +19,17 @@ pub const CASES: &[Case] = &[
         claim: "a lamp of one needle 1e-5 wide and triangles of no area lights a floor as a line does",
         run: needle_lamp,
     },
+    Case {
+        name: "wound_against_normals",
+        claim: "a box of reflectance 1/2 whose triangles turn their backs on their own vertex normals, and on its walls' \
+                radiance of 1, shows a radiance of 2",
+        run: wound_against_normals,
+    },
 ];
 
 const FLOOR: &str = include_str!("../scenes/needle_floor.xml");
 const LAMP: &str = include_str!("../scenes/needle_lamp.xml");
+const BOX: &str = include_str!("../scenes/box_of_light.xml");
 
 /// Strips of 1e-3, of 1e-6 between them, and a triangle on one point and one on one edge for each.
 fn needle_mesh() -> String {
@@ -73,4 +80,40 @@ fn needle_lamp(trial: &mut Trial) -> Result<(), SelftestError> {
     let irradiance = 0.5 + 0.25 * PI;
     let expected = Expected::grey(irradiance * 0.5 / PI).with_bias(radius * radius);
     trial.film_by(&POINTS, "", lent.scene(), &one_pass(40_000, radius), expected)
+}
+
+/// The box of edge 2 around the origin, wound to face outward, with vertex normals that point inward.
+fn inside_out_box() -> String {
+    let mut obj = String::new();
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let corner = |u: f64, v: f64| {
+                let mut p = [0.0; 3];
+                p[axis] = side;
+                p[(axis + 1) % 3] = u;
+                p[(axis + 2) % 3] = v * side;
+                p
+            };
+            for [x, y, z] in
+                [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]
+            {
+                writeln!(obj, "v {x} {y} {z}").expect("a string takes all");
+            }
+            let mut normal = [0.0; 3];
+            normal[axis] = -side;
+            let [x, y, z] = normal;
+            writeln!(obj, "vn {x} {y} {z}\nf -4//-1 -3//-1 -2//-1\nf -4//-1 -2//-1 -1//-1")
+                .expect("a string takes all");
+        }
+    }
+    obj
+}
+
+/// `L = 1 + L / 2`.
+fn wound_against_normals(trial: &mut Trial) -> Result<(), SelftestError> {
+    trial.bench.write("box.obj", inside_out_box())?;
+    let scene = trial.bench.load(BOX, &[])?;
+    let lent = scene.lend(0)?;
+    let expected = Expected::grey(2.0);
+    trial.film_by(&Method::ALL, "", lent.scene(), &one_pass(20_000, 0.25), expected)
 }

@@ -1,0 +1,106 @@
+//! Where further rays look for emission: lamps seen directly or by way of glass are far brighter than what they light, and one
+//! ray per pixel and jitter would leave their edges noisy long after all else is smooth. [Emission rays]
+
+use super::view::EmissionSamples;
+use crate::math::Rgb;
+
+/// Further rays of a jitter at most, in pixels of the film.
+const BUDGET: f64 = 0.5;
+/// Rays per pixel at most.
+const MOST_PER_PIXEL: usize = 64;
+/// Range of what neighbouring rays saw, over the picture's mean, from which on it is worth further rays.
+const CONTRAST: f32 = 0.25;
+
+/// What rays saw so far, and where they saw different things.
+#[derive(Debug)]
+pub struct EmissionRays {
+    width: usize,
+    /// Smallest and largest brightness by pixel.
+    seen: Vec<[f32; 2]>,
+}
+
+impl EmissionRays {
+    pub fn new([width, height]: [u32; 2]) -> Self {
+        let pixels = width as usize * height as usize;
+        EmissionRays {
+            width: width as usize,
+            seen: vec![[f32::INFINITY, f32::NEG_INFINITY]; pixels],
+        }
+    }
+
+    /// Takes note of one ray per pixel and of further ones.
+    pub fn note(&mut self, emission: &[Rgb], further: &EmissionSamples) {
+        let further = further.pixels.iter().zip(&further.radiance);
+        for (pixel, radiance) in (0..).zip(emission).chain(further.map(|(&p, rgb)| (p, rgb))) {
+            let [low, high] = &mut self.seen[pixel as usize];
+            let brightness = radiance.mean();
+            *low = low.min(brightness);
+            *high = high.max(brightness);
+        }
+    }
+
+    /// The pixels of further rays for the next jitter, each as often as it gets rays. They depend on rays of jitters before
+    /// it alone, so that the means of its own stay unbiased. `level` is the mean brightness of the picture.
+    pub fn pixels(&self, level: f32) -> Vec<u32> {
+        let worth = |pixel: &u32| {
+            let [low, high] = self.around(*pixel as usize);
+            high - low > CONTRAST * level
+        };
+        let marked: Vec<u32> = (0..self.seen.len() as u32).filter(worth).collect();
+        let budget = (BUDGET * self.seen.len() as f64) as usize;
+        let each = (budget / marked.len().max(1)).min(MOST_PER_PIXEL);
+        marked.into_iter().flat_map(|pixel| std::iter::repeat_n(pixel, each)).collect()
+    }
+
+    /// The range of a pixel and its neighbours.
+    fn around(&self, pixel: usize) -> [f32; 2] {
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        let height = self.seen.len() / self.width;
+        let columns = x.saturating_sub(1)..(x + 2).min(self.width);
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        let of_row = |row: usize| &self.seen[row * self.width..][columns.clone()];
+        rows.flat_map(of_row).fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], seen| {
+            [low.min(seen[0]), high.max(seen[1])]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn half_lit() -> EmissionRays {
+        let mut rays = EmissionRays::new([20, 10]);
+        let lit = |pixel: usize| Rgb::splat(if pixel % 20 < 10 { 0.0 } else { 5.0 });
+        rays.note(&(0..200).map(lit).collect::<Vec<_>>(), &EmissionSamples::default());
+        rays
+    }
+
+    #[test]
+    fn edges_get_the_whole_budget() {
+        let pixels = half_lit().pixels(1.0);
+        // Two columns of ten pixels share half of the 200 pixels' rays.
+        assert_eq!(pixels.len(), 100);
+        assert!(pixels.iter().all(|pixel| [9, 10].contains(&(pixel % 20))));
+    }
+
+    #[test]
+    fn what_is_dim_beside_the_picture_gets_none() {
+        assert!(half_lit().pixels(30.0).is_empty());
+    }
+
+    #[test]
+    fn what_flickers_within_a_pixel_is_an_edge() {
+        let mut rays = EmissionRays::new([20, 10]);
+        rays.note(&[Rgb::ZERO; 200], &EmissionSamples::default());
+        assert!(rays.pixels(1.0).is_empty());
+        let further = EmissionSamples {
+            pixels: vec![105],
+            radiance: vec![Rgb::splat(9.0)],
+            ..EmissionSamples::default()
+        };
+        rays.note(&[Rgb::ZERO; 200], &further);
+        // The pixel and its eight neighbours.
+        assert_eq!(rays.pixels(1.0).len(), 9 * (100 / 9));
+    }
+}

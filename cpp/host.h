@@ -89,7 +89,9 @@ public:
         writer.flush();
     }
 
-    void store_points(uint32_t n, const float *origin, const float *direction, const uint32_t *skips_emitters) {
+    void store_points(uint32_t n, const float *origin, const float *direction, const uint32_t *skips_emitters,
+                      bool glossy_chains) {
+        m_glossy_chains = glossy_chains;
         m_points.clear();
         m_points.reserve(element_count<Float>(n));
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
@@ -114,7 +116,16 @@ public:
             Vector3f wo = si.to_local(-read3<Vector3f>(photon_direction, n, e));
             Float cosine = dr::abs(Frame3f::cos_theta(wo));
             Mask active = si.is_valid() && cosine > 1e-6f;
-            auto value = unpolarized_spectrum(si.bsdf()->eval(context, si, wo, active));
+            BSDFPtr bsdf = si.bsdf();
+            Spectrum spectrum;
+            if (m_glossy_chains) {
+                Float pdf;
+                std::tie(spectrum, pdf) = bsdf->eval_pdf(context, si, wo, active);
+                active &= !is_sharp(bsdf->flags(active), pdf);
+            } else {
+                spectrum = bsdf->eval(context, si, wo, active);
+            }
+            auto value = unpolarized_spectrum(spectrum);
             writer.put3(out, e, UnpolarizedSpectrum(dr::select(active, value / cosine, 0.f)));
         }
         writer.flush();
@@ -268,8 +279,8 @@ private:
         return guarded([&] { self(c)->eval_phase(n, medium, position, photon_direction, view_direction, out); });
     }
     static int32_t c_store_points(void *c, uint32_t n, const float *origin, const float *direction,
-                                  const uint32_t *skips_emitters) {
-        return guarded([&] { self(c)->store_points(n, origin, direction, skips_emitters); });
+                                  const uint32_t *skips_emitters, uint32_t glossy_chains) {
+        return guarded([&] { self(c)->store_points(n, origin, direction, skips_emitters, glossy_chains != 0); });
     }
     static int32_t c_eval_bsdf(void *c, uint32_t n, const uint32_t *point, const float *photon_direction,
                                float *out) {
@@ -290,6 +301,7 @@ private:
     SceneTables<Float, Spectrum> m_tables;
     std::vector<const char *> m_warnings;
     std::vector<SurfaceInteraction3f> m_points;
+    bool m_glossy_chains = false;
 };
 
 }

@@ -39,6 +39,7 @@ public:
         m_parameters.hide_emitters = m_hide_emitters;
         m_parameters.connections = connections(props, defaults.connections);
         m_parameters.emission_rays = props.get<bool>("emission_rays", defaults.emission_rays != 0);
+        m_parameters.glossy_chains = props.get<bool>("glossy_chains", defaults.glossy_chains != 0);
         m_parameters.estimate_error = props.get<bool>("estimate_error", true);
         m_parameters.target_error = props.get<ScalarFloat>("target_error", 0.f);
         m_error_image = props.get<bool>("error_image", false);

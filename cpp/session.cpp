@@ -46,6 +46,7 @@ const Parameter PARAMETERS[] = {
     { "photon_beams", Kind::Text, false },     { "chains", Kind::Integer, false },
     { "connections", Kind::Text, false },      { "effects", Kind::Text, false },
     { "preset", Kind::Text, false },           { "emission_rays", Kind::Boolean, false },
+    { "glossy_chains", Kind::Boolean, false },
     { "max_depth", Kind::Integer, true },      { "rr_depth", Kind::Integer, true },
     { "hide_emitters", Kind::Boolean, true },  { "estimate_error", Kind::Boolean, false },
     { "target_error", Kind::Number, false },   { "error_image", Kind::Boolean, false },

@@ -307,6 +307,7 @@ private:
         add(BSDFFlags::DeltaReflection, VPT_LOBE_DELTA_REFLECTION);
         add(BSDFFlags::DeltaTransmission, VPT_LOBE_DELTA_TRANSMISSION);
         add(BSDFFlags::Null, VPT_LOBE_NULL);
+        add(BSDFFlags::Glossy, VPT_LOBE_GLOSSY);
         return out;
     }
 

@@ -1,6 +1,7 @@
 // View rays: from the sensor through delta lobes and medium boundaries, one segment a step.
 #pragma once
 
+#include "glossy.h"
 #include "tables.h"
 
 namespace vpt {
@@ -122,7 +123,7 @@ private:
             BSDFPtr bsdf = si.bsdf(s.ray);
             surface = look_at(s, si, bsdf, hit);
             if (simulates(VPT_EFFECT_SPECULAR_CHAINS))
-                std::tie(weight, scattered, continues) = follow_delta(s, si, bsdf, surface.lobes, lobe, direction, hit);
+                std::tie(weight, scattered, continues) = follow(s, si, bsdf, surface.lobes, lobe, direction, hit);
         }
         s.active = continues;
 
@@ -162,17 +163,28 @@ private:
         return out;
     }
 
-    // Continues through the delta part of a surface; smooth lobes end here as visible points.
+    // Continues by a delta lobe or in a sharp direction; all else of smooth lobes ends here as a visible point.
     std::tuple<UnpolarizedSpectrum, Mask, Mask>
-    follow_delta(Ray &s, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const UInt32 &lobes, const Float &lobe,
+    follow(Ray &s, SurfaceInteraction3f &si, const BSDFPtr &bsdf, const UInt32 &lobes, const Float &lobe,
                  const Point2f &direction, const Mask &hit) const {
-        Mask active = hit && has_flag(lobes, BSDFFlags::Delta);
-        if (dr::none_or<false>(active))
+        Mask delta = hit && has_flag(lobes, BSDFFlags::Delta), glossy = false;
+        if (m_rules.glossy_chains)
+            glossy = hit && !delta && has_flag(lobes, BSDFFlags::Glossy);
+        if (dr::none_or<false>(delta || glossy))
             return { UnpolarizedSpectrum(0.f), false, false };
         BSDFContext context(TransportMode::Radiance, (uint32_t) BSDFFlags::Delta);
-        auto [bs, value] = bsdf->sample(context, si, lobe, direction, active);
+        auto [bs, value] = bsdf->sample(context, si, lobe, direction, delta);
+        Mask active = delta && has_flag(bs.sampled_type, BSDFFlags::Delta);
+        if (m_rules.glossy_chains && dr::any_or<true>(glossy)) {
+            BSDFContext any(TransportMode::Radiance);
+            auto [glossy_bs, glossy_value] = bsdf->sample(any, si, lobe, direction, glossy);
+            Mask sharp = glossy && is_sharp(lobes, bsdf->pdf(any, si, glossy_bs.wo, glossy));
+            dr::masked(bs, sharp) = glossy_bs;
+            dr::masked(value, sharp) = glossy_value;
+            active |= sharp;
+        }
         UnpolarizedSpectrum weight = unpolarized_spectrum(value) & active;
-        active &= has_flag(bs.sampled_type, BSDFFlags::Delta) && dr::any(weight != 0.f);
+        active &= dr::any(weight != 0.f);
         Mask scattered = active && !has_flag(bs.sampled_type, BSDFFlags::Null);
 
         Ray3f next = si.spawn_ray(si.to_world(bs.wo));

@@ -75,6 +75,8 @@ typedef struct VptStats VptStats;
 
 #define VPT_LOBE_NULL 8
 
+#define VPT_LOBE_GLOSSY 16
+
 // Bits of `VptRules::effects`, as far as a renderer can leave out work; see `effect::Effect`.
 #define VPT_EFFECT_SURFACE_GATHERING (1 << 0)
 
@@ -119,6 +121,7 @@ typedef struct VptParameters {
   // One of `VPT_CONNECTIONS_*`.
   uint32_t connections;
   uint32_t emission_rays;
+  uint32_t glossy_chains;
   uint32_t estimate_error;
   // 0 for none.
   double target_error;
@@ -209,6 +212,8 @@ typedef struct VptRules {
   uint32_t hide_emitters;
   // Bits `VPT_EFFECT_*`; what is not set may be left out.
   uint32_t effects;
+  // See `scene::PathRules`.
+  uint32_t glossy_chains;
 } VptRules;
 
 // Where view rays start: `film` holds x's then y's, `numbers` aperture x, aperture y, shutter time and
@@ -310,7 +315,8 @@ typedef struct VptHost {
                           uint32_t count,
                           const float *origin,
                           const float *direction,
-                          const uint32_t *skips_emitters);
+                          const uint32_t *skips_emitters,
+                          uint32_t glossy_chains);
   int32_t (*eval_bsdf)(void *context,
                        uint32_t count,
                        const uint32_t *point,

@@ -113,6 +113,8 @@ pub mod lobes {
     pub const DELTA_TRANSMISSION: u32 = 4;
     /// An index-matched crossing.
     pub const NULL: u32 = 8;
+    /// A smooth lobe that may be sharp.
+    pub const GLOSSY: u32 = 16;
 }
 
 /// What is known of a surface in advance.
@@ -284,6 +286,9 @@ pub struct PathRules {
     pub limits: PathLimits,
     /// What is not in here may be left out: the scene does not call for it.
     pub effects: Effects,
+    /// Whether view rays go on in directions that a surface without delta lobes samples with a density above 1 per solid
+    /// angle; its visible points leave those out. [Glossy chain]
+    pub glossy_chains: bool,
 }
 
 impl PathRules {
@@ -295,7 +300,7 @@ impl PathRules {
 /// Everything is simulated.
 impl From<PathLimits> for PathRules {
     fn from(limits: PathLimits) -> Self {
-        PathRules { limits, effects: Effects::ALL }
+        PathRules { limits, effects: Effects::ALL, glossy_chains: false }
     }
 }
 
@@ -608,6 +613,8 @@ pub struct PointSegments {
     pub direction: Planes,
     /// 1 where emitters are passed through, as `hide_emitters` asks on first segments; else 0.
     pub skips_emitters: Vec<u32>,
+    /// As in [`PathRules`].
+    pub glossy_chains: bool,
 }
 
 /// Visible points (indices as given to [`Scene::store_points`]) and the direction in which a photon

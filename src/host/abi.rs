@@ -52,6 +52,7 @@ pub const VPT_LOBE_SMOOTH: u32 = 1;
 pub const VPT_LOBE_DELTA_REFLECTION: u32 = 2;
 pub const VPT_LOBE_DELTA_TRANSMISSION: u32 = 4;
 pub const VPT_LOBE_NULL: u32 = 8;
+pub const VPT_LOBE_GLOSSY: u32 = 16;
 
 /// Bits of `VptRules::effects`, as far as a renderer can leave out work; see `effect::Effect`.
 pub const VPT_EFFECT_SURFACE_GATHERING: u32 = 1 << 0;
@@ -152,6 +153,8 @@ pub struct VptRules {
     pub hide_emitters: u32,
     /// Bits `VPT_EFFECT_*`; what is not set may be left out.
     pub effects: u32,
+    /// See `scene::PathRules`.
+    pub glossy_chains: u32,
 }
 
 /// Where view rays start: `film` holds x's then y's, `numbers` aperture x, aperture y, shutter time and
@@ -280,6 +283,7 @@ pub struct VptHost {
         origin: *const f32,
         direction: *const f32,
         skips_emitters: *const u32,
+        glossy_chains: u32,
     ) -> i32,
     pub eval_bsdf: unsafe extern "C" fn(
         context: *mut c_void,
@@ -346,6 +350,7 @@ pub struct VptParameters {
     /// One of `VPT_CONNECTIONS_*`.
     pub connections: u32,
     pub emission_rays: u32,
+    pub glossy_chains: u32,
     pub estimate_error: u32,
     /// 0 for none.
     pub target_error: f64,

@@ -190,6 +190,7 @@ fn raw_rules(rules: PathRules) -> VptRules {
         rr_depth: rules.limits.rr_depth,
         hide_emitters: rules.limits.hide_emitters.into(),
         effects: rules.effects.bits(),
+        glossy_chains: rules.glossy_chains.into(),
     }
 }
 
@@ -400,6 +401,7 @@ impl Scene for HostScene {
                 points.origin.as_slice().as_ptr(),
                 points.direction.as_slice().as_ptr(),
                 points.skips_emitters.as_ptr(),
+                points.glossy_chains.into(),
             )
         })
     }

@@ -90,6 +90,8 @@ pub struct Parameters {
     pub connections: Option<bool>,
     /// Whether edges of lamps that are seen directly get rays of their own (`emission_rays`).
     pub emission_rays: bool,
+    /// Whether view rays go on in the sharp directions of glossy surfaces (`glossy_chains`).
+    pub glossy_chains: bool,
     /// Effects that are simulated though the scene does not call for them.
     pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).
@@ -211,10 +213,16 @@ impl Parameters {
             Shooting::Metropolis => Steering::Always,
             Shooting::Auto => Steering::Measured,
         };
-        let Parameters { limits, effects: forced, connections, .. } = *self;
+        let Parameters { limits, effects: forced, connections, glossy_chains, .. } = *self;
         Plan::new(
             scene,
-            Wishes { limits, forced, steering, connections: connections == Some(true) },
+            Wishes {
+                limits,
+                forced,
+                steering,
+                connections: connections == Some(true),
+                glossy_chains,
+            },
         )
     }
 

@@ -28,6 +28,7 @@ impl Preset {
             photon_beams: BeamKind::Short,
             connections: None,
             emission_rays: true,
+            glossy_chains: true,
             effects: Effects::NONE,
             passes: 16,
             photons: 0,
@@ -47,6 +48,7 @@ impl Preset {
             Preset::Paper => Parameters {
                 connections: Some(false),
                 emission_rays: false,
+                glossy_chains: false,
                 photons: 100_000,
                 jitter_every: 4,
                 radius_schedule: Schedule::Paper,

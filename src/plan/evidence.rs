@@ -1,6 +1,6 @@
 //! What in a scene calls for an effect.
 
-use super::{Finding, Steering};
+use super::{Finding, Steering, Wishes};
 use crate::effect::{Effect, Effects};
 use crate::scene::{
     lobes, Extinction, Medium, PathLimits, Phase, SceneDescription, SurfaceFacts, UNBOUNDED_DEPTH,
@@ -14,11 +14,13 @@ pub(super) struct Evidence<'a> {
     scene: &'a SceneDescription,
     limits: PathLimits,
     steering: Steering,
+    glossy_chains: bool,
 }
 
 impl<'a> Evidence<'a> {
-    pub fn new(scene: &'a SceneDescription, limits: PathLimits, steering: Steering) -> Self {
-        Evidence { scene, limits, steering }
+    pub fn new(scene: &'a SceneDescription, wishes: Wishes) -> Self {
+        let Wishes { limits, steering, glossy_chains, .. } = wishes;
+        Evidence { scene, limits, steering, glossy_chains }
     }
 
     pub fn judge(&self, effect: Effect, forced: Effects) -> Finding {
@@ -92,9 +94,16 @@ impl<'a> Evidence<'a> {
     }
 
     fn specular_surfaces(&self) -> Verdict {
-        let goes_on = lobes::DELTA_REFLECTION | lobes::DELTA_TRANSMISSION | lobes::NULL;
+        let delta = lobes::DELTA_REFLECTION | lobes::DELTA_TRANSMISSION | lobes::NULL;
+        if self.glossy_chains {
+            return self.surfaces(
+                "delta, null or glossy lobes",
+                "no surface has a delta, null or glossy lobe",
+                |s| s.has(delta | lobes::GLOSSY),
+            );
+        }
         self.surfaces("delta or null lobes", "no surface has a delta or null lobe", |s| {
-            s.has(goes_on)
+            s.has(delta)
         })
     }
 

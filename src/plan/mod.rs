@@ -31,11 +31,19 @@ pub struct Wishes {
     pub steering: Steering,
     /// Whether receivers find by themselves what comes straight from a lamp. [Connection]
     pub connections: bool,
+    /// Whether view rays go on in the sharp directions of glossy surfaces. [Glossy chain]
+    pub glossy_chains: bool,
 }
 
 impl From<PathLimits> for Wishes {
     fn from(limits: PathLimits) -> Self {
-        Wishes { limits, forced: Effects::NONE, steering: Steering::Never, connections: false }
+        Wishes {
+            limits,
+            forced: Effects::NONE,
+            steering: Steering::Never,
+            connections: false,
+            glossy_chains: false,
+        }
     }
 }
 
@@ -57,14 +65,14 @@ pub struct Plan {
 
 impl Plan {
     pub fn new(scene: &SceneDescription, wishes: Wishes) -> Self {
-        let Wishes { limits, steering, .. } = wishes;
+        let Wishes { limits, steering, glossy_chains, .. } = wishes;
         let forced = forceable(wishes);
-        let evidence = Evidence::new(scene, limits, steering);
+        let evidence = Evidence::new(scene, wishes);
         let findings: Vec<Finding> =
             Effect::ALL.into_iter().map(|effect| evidence.judge(effect, forced)).collect();
         let effects = findings.iter().filter(|finding| finding.on).map(|f| f.effect).collect();
         Plan {
-            rules: PathRules { limits, effects },
+            rules: PathRules { limits, effects, glossy_chains },
             connections: wishes.connections,
             steering: match steering {
                 Steering::Measured if forced.has(Effect::MetropolisMedium) => Steering::Always,

@@ -150,7 +150,7 @@ pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneRes
     paths.counters.view_rays = paths.film.len() as u64;
     paths.counters.view_beams = paths.beams.len() as u64;
     paths.counters.visible_points = paths.points.len() as u64;
-    paths.store_points(scene)?;
+    paths.store_points(scene, plan.rules.glossy_chains)?;
     Ok(paths)
 }
 
@@ -211,12 +211,13 @@ impl ViewPaths {
         }
     }
 
-    fn store_points(&mut self, scene: &dyn Scene) -> SceneResult<()> {
+    fn store_points(&mut self, scene: &dyn Scene, glossy_chains: bool) -> SceneResult<()> {
         if self.stored.is_empty() {
             return Ok(());
         }
         let points = std::mem::take(&mut self.stored);
         scene.store_points(&PointSegments {
+            glossy_chains,
             origin: Planes::push_all(points.iter().map(|p| p.origin)),
             direction: Planes::push_all(points.iter().map(|p| p.direction)),
             skips_emitters: points.iter().map(|p| p.skips_emitters.into()).collect(),

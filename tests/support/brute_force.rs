@@ -270,6 +270,7 @@ impl Segments {
 
     fn into_points(self) -> PointSegments {
         PointSegments {
+            glossy_chains: false,
             origin: Planes::push_all(self.origins.into_iter()),
             direction: Planes::push_all(self.directions.into_iter()),
             skips_emitters: self.skips_emitters,

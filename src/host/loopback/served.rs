@@ -166,6 +166,7 @@ fn rules(raw: &VptRules) -> PathRules {
             hide_emitters: raw.hide_emitters != 0,
         },
         effects: Effects::from_bits(raw.effects),
+        glossy_chains: raw.glossy_chains != 0,
     }
 }
 
@@ -449,6 +450,7 @@ unsafe extern "C" fn store_points(
     origin: *const f32,
     direction: *const f32,
     skips_emitters: *const u32,
+    glossy_chains: u32,
 ) -> i32 {
     // SAFETY: all arrays hold `count` lanes.
     guarded(|| unsafe {
@@ -457,6 +459,7 @@ unsafe extern "C" fn store_points(
             origin: planes(count, origin),
             direction: planes(count, direction),
             skips_emitters: from_raw_parts(skips_emitters, count).to_vec(),
+            glossy_chains: glossy_chains != 0,
         })
     })
 }

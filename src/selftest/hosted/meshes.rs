@@ -84,7 +84,7 @@ fn needle_lamp(trial: &mut Trial) -> Result<(), SelftestError> {
 
 /// The box of edge 2 around the origin, wound to face outward, with vertex normals that point inward.
 fn inside_out_box() -> String {
-    let mut obj = String::new();
+    let (mut obj, mut faces) = (String::new(), 0);
     for axis in 0..3 {
         for side in [-1.0, 1.0] {
             let corner = |u: f64, v: f64| {
@@ -102,8 +102,13 @@ fn inside_out_box() -> String {
             let mut normal = [0.0; 3];
             normal[axis] = -side;
             let [x, y, z] = normal;
-            writeln!(obj, "vn {x} {y} {z}\nf -4//-1 -3//-1 -2//-1\nf -4//-1 -2//-1 -1//-1")
-                .expect("a string takes all");
+            faces += 1;
+            let [a, b, c, d] = [3, 2, 1, 0].map(|before| 4 * faces - before);
+            writeln!(
+                obj,
+                "vn {x} {y} {z}\nf {a}//{faces} {b}//{faces} {c}//{faces}\nf {a}//{faces} {c}//{faces} {d}//{faces}"
+            )
+            .expect("a string takes all");
         }
     }
     obj

@@ -1,0 +1,16 @@
+// Which directions view rays follow of surfaces that are glossy. [Glossy chain]
+#pragma once
+
+#include "mitsuba.h"
+
+namespace vpt {
+
+using namespace mitsuba;
+
+// A function of both directions alone, so that rays that follow sampled directions and visible points that look at all others
+// share a lobe without overlap. Delta lobes have rays of their own; what is Lambertian is never sharp (1/pi at most).
+template <typename Flags, typename Float> auto is_sharp(const Flags &flags, const Float &pdf) {
+    return !has_flag(flags, BSDFFlags::Delta) && pdf > 1.f;
+}
+
+}

@@ -86,7 +86,8 @@ public:
 
     MediumPtr medium(const UInt32 &index, const Mask &active) const {
         if constexpr (Jit)
-            return dr::gather<MediumPtr>(m_media_dr, index, active && index != VPT_VACUUM);
+            return m_media.empty() ? dr::zeros<MediumPtr>(dr::width(index))
+                                   : dr::gather<MediumPtr>(m_media_dr, index, active && index != VPT_VACUUM);
         else
             return active && index != VPT_VACUUM ? m_media[index] : nullptr;
     }
@@ -308,6 +309,7 @@ private:
         add(BSDFFlags::DeltaTransmission, VPT_LOBE_DELTA_TRANSMISSION);
         add(BSDFFlags::Null, VPT_LOBE_NULL);
         add(BSDFFlags::Glossy, VPT_LOBE_GLOSSY);
+        add(BSDFFlags::GlossyTransmission, VPT_LOBE_GLOSSY_TRANSMISSION);
         return out;
     }
 

@@ -77,6 +77,8 @@ typedef struct VptStats VptStats;
 
 #define VPT_LOBE_GLOSSY 16
 
+#define VPT_LOBE_GLOSSY_TRANSMISSION 32
+
 // Bits of `VptRules::effects`, as far as a renderer can leave out work; see `effect::Effect`.
 #define VPT_EFFECT_SURFACE_GATHERING (1 << 0)
 

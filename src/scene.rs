@@ -115,6 +115,7 @@ pub mod lobes {
     pub const NULL: u32 = 8;
     /// A smooth lobe that may be sharp.
     pub const GLOSSY: u32 = 16;
+    pub const GLOSSY_TRANSMISSION: u32 = 32;
 }
 
 /// What is known of a surface in advance.

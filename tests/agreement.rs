@@ -58,8 +58,9 @@ const FAST: [&str; 6] = [
     "hidden_lamp",
 ];
 const FAST_LLVM: [&str; 2] = ["ball_rayleigh", "room_diffuse"];
-/// `ppt` on all of them, with connections on two, the other methods on one.
+/// `ppt` on all of them, with connections and as it is by default on two, the other methods on one.
 const FAST_METHODS: [&str; 1] = ["ppt"];
+const FAST_METHODS_LLVM: [&str; 1] = ["ppt_fast"];
 const FAST_CONNECTIONS_SCENES: [&str; 2] = ["smoke_spot", "room_diffuse"];
 const FAST_OTHERS: [&str; 5] = ["ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"];
 const FAST_OTHERS_SCENE: [&str; 1] = ["ball_rayleigh"];
@@ -78,8 +79,11 @@ fn other_methods_agree_in_scalar_rgb() {
 
 #[test]
 fn connections_agree_in_scalar_rgb() {
-    let table =
-        judge("scalar_rgb", &cases(&FAST_CONNECTIONS_SCENES), &methods(&["ppt_connections"]));
+    let table = judge(
+        "scalar_rgb",
+        &cases(&FAST_CONNECTIONS_SCENES),
+        &methods(&["ppt_connections", "ppt_fast"]),
+    );
     assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
 }
 
@@ -96,7 +100,7 @@ fn fast_scenes_agree_in_llvm_ad_rgb() {
         Ok(llvm) => long_table_in_another_process(&[
             ("VPT_AGREEMENT_VARIANT", OsStr::new("llvm_ad_rgb")),
             ("VPT_AGREEMENT_ONLY", OsStr::new(&FAST_LLVM.join(","))),
-            ("VPT_AGREEMENT_METHODS", OsStr::new(&FAST_METHODS.join(","))),
+            ("VPT_AGREEMENT_METHODS", OsStr::new(&FAST_METHODS_LLVM.join(","))),
             ("DRJIT_LIBLLVM_PATH", llvm.as_os_str()),
         ]),
         Err(reason) => {

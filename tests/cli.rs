@@ -164,7 +164,9 @@ fn bad_input_is_refused_with_its_mend() {
         (&["--set", "alpha=0"], &["alpha is 0", "between 0 and 1"]),
         (&["--set", "alpha=1"], &["alpha is 1", "between 0 and 1"]),
         (&["--set", "alpha=1.5"], &["alpha is 1.5", "between 0 and 1"]),
-        (&["--set", "photons=0"], &["photons", "at least 1"]),
+        (&["--set", "photons=-1"], &["photons", "at least 0"]),
+        (&["--set", "preset=quick"], &["preset", "fast", "paper"]),
+        (&["--set", "connections=perhaps"], &["connections", "true, false or auto"]),
         (&["--set", "photons=many"], &["photons", "many"]),
         (&["--set", "shooting=chains"], &["unknown shooting \"chains\"", "metropolis"]),
         (

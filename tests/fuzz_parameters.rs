@@ -36,9 +36,13 @@ const SCENE: &str = r#"<scene version="3.0.0">
 </scene>"#;
 
 /// Parameters, with values that are right.
-const PARAMETERS: [(&str, &[&str]); 17] = [
+const PARAMETERS: [(&str, &[&str]); 21] = [
     ("method", &["ppt", "ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"]),
-    ("jitter_every", &["1", "3"]),
+    ("preset", &["fast", "paper"]),
+    ("connections", &["true", "false", "auto"]),
+    ("emission_rays", &["true", "false"]),
+    ("glossy_chains", &["true", "false"]),
+    ("jitter_every", &["0", "1", "3"]),
     ("alpha", &["0.5", "0.99"]),
     ("surface_radius", &["0", "0.1", "1e-20"]),
     ("medium_radius", &["0", "0.1", "1e-20"]),

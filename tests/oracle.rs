@@ -14,7 +14,7 @@ use vpt::analytic::{
 };
 use vpt::density::radius::Schedule;
 use vpt::math::{Aabb, Rgb};
-use vpt::method::{self, Method, Parameters, Silent};
+use vpt::method::{self, Method, Parameters, Preset, Silent};
 use vpt::scene::{PathLimits, Phase, VACUUM};
 use vpt::transport::photon_beam::BeamKind;
 
@@ -63,7 +63,7 @@ fn everything(ball: Material) -> Contents {
 
 /// Without Russian roulette of view rays, for which the oracle has no numbers.
 fn parameters() -> Parameters {
-    let defaults = Parameters::default();
+    let defaults = Preset::Paper.parameters();
     Parameters {
         limits: PathLimits { rr_depth: 12, ..defaults.limits },
         passes: 3,
@@ -71,6 +71,7 @@ fn parameters() -> Parameters {
         jitter_every: 2,
         surface_radius: 0.1,
         medium_radius: 0.07,
+        radius_schedule: Schedule::Matched,
         ..defaults
     }
 }

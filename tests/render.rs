@@ -116,7 +116,16 @@ fn what_is_not_a_number_is_dropped_and_reported() {
 fn target_error_ends_the_render_and_the_error_image_agrees_with_the_number() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path(), [0.9; 8]);
-    let options = ["--target-error", "0.1", "--set", "error_image=true"];
+    let options = [
+        "--target-error",
+        "0.1",
+        "--set",
+        "error_image=true",
+        "--set",
+        "preset=paper",
+        "--set",
+        "radius_schedule=matched",
+    ];
     render(folder.path(), "picture.exr", &options);
     let stats = fs::read(folder.path().join("stats.json")).unwrap();
     let stats: serde_json::Value = serde_json::from_slice(&stats).unwrap();

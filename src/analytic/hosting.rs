@@ -17,7 +17,7 @@ impl Scene for World {
     }
 
     fn batching(&self) -> Batching {
-        Batching { lanes: 1024, concurrent: true, launch: 1 }
+        self.batching
     }
 
     fn view_rays<'a>(

@@ -6,7 +6,8 @@ use super::ray::{Hit, Ray};
 use super::surface::{Material, Surface};
 use crate::math::{Aabb, Rgb};
 use crate::scene::{
-    Extinction, Medium, MediumPoints, Phase, Planes, SceneDescription, SensorFacts, VACUUM,
+    Batching, Extinction, Medium, MediumPoints, Phase, Planes, SceneDescription, SensorFacts,
+    VACUUM,
 };
 use glam::DVec3;
 use std::ops::Add;
@@ -47,6 +48,7 @@ pub struct World {
     pub(super) bounding_sphere: BoundingSphere,
     pub(super) description: SceneDescription,
     pub(super) points: RwLock<Vec<StoredPoint>>,
+    pub(super) batching: Batching,
 }
 
 impl World {
@@ -57,7 +59,13 @@ impl World {
         let description = describe(&contents, &emitters);
         let bounding_sphere = enclose(&contents.surfaces, &description.bounds);
         let points = RwLock::default();
-        World { contents, emitters, bounding_sphere, description, points }
+        let batching = Batching { lanes: 1024, concurrent: true, launch: 1 };
+        World { contents, emitters, bounding_sphere, description, points, batching }
+    }
+
+    /// The same, driven in other batches.
+    pub fn in_batches(self, batching: Batching) -> Self {
+        World { batching, ..self }
     }
 
     pub fn contents(&self) -> &Contents {

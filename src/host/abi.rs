@@ -53,6 +53,7 @@ pub const VPT_LOBE_DELTA_REFLECTION: u32 = 2;
 pub const VPT_LOBE_DELTA_TRANSMISSION: u32 = 4;
 pub const VPT_LOBE_NULL: u32 = 8;
 pub const VPT_LOBE_GLOSSY: u32 = 16;
+pub const VPT_LOBE_GLOSSY_TRANSMISSION: u32 = 32;
 
 /// Bits of `VptRules::effects`, as far as a renderer can leave out work; see `effect::Effect`.
 pub const VPT_EFFECT_SURFACE_GATHERING: u32 = 1 << 0;

@@ -1,7 +1,7 @@
 use super::Preset;
 use crate::density::radius::{Schedule, UnknownSchedule};
 use crate::effect::{Effects, UnknownEffect};
-use crate::plan::{Plan, Steering, Wishes};
+use crate::plan::{Connections, Plan, Steering, Wishes};
 use crate::scene::{PathLimits, SceneDescription};
 use crate::transport::photon_beam::{BeamKind, UnknownBeamKind};
 use serde::Serialize;
@@ -86,7 +86,7 @@ pub struct Parameters {
     /// How far photon beams reach.
     pub photon_beams: BeamKind,
     /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
-    /// rest alone (`connections`); none = where lamps are found.
+    /// rest alone (`connections`); none = where that is likely to pay.
     pub connections: Option<bool>,
     /// Whether edges of lamps that are seen directly get rays of their own (`emission_rays`).
     pub emission_rays: bool,
@@ -213,17 +213,10 @@ impl Parameters {
             Shooting::Metropolis => Steering::Always,
             Shooting::Auto => Steering::Measured,
         };
-        let Parameters { limits, effects: forced, connections, glossy_chains, .. } = *self;
-        Plan::new(
-            scene,
-            Wishes {
-                limits,
-                forced,
-                steering,
-                connections: connections == Some(true),
-                glossy_chains,
-            },
-        )
+        let Parameters { limits, effects: forced, glossy_chains, .. } = *self;
+        let connections =
+            if self.connections == Some(true) { Connections::ALL } else { Connections::NONE };
+        Plan::new(scene, Wishes { limits, forced, steering, connections, glossy_chains })
     }
 
     /// The same with numbers in place of what is to be chosen by the scene's film; photons that are shot uniformly stay

@@ -180,7 +180,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let clock = Instant::now();
         let paths = view::trace(scene, &plan, parameters.seed, 0)?;
         if parameters.connections.is_none() {
-            plan.connections = connect::finds_lamps(scene, &plan, parameters.seed, &paths)?;
+            plan.connections = connect::worthwhile(scene, &plan, parameters.seed, &paths)?;
         }
         seconds.view += clock.elapsed().as_secs_f64();
         let ground = Ground { scene, seed: parameters.seed, plan: &plan };
@@ -252,7 +252,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         self.parameters.photons = balance::pilot(pixels);
         let mut thrown_away = PixelSums::new(self.sums.len());
         let counters = body(&self.next_pass(PILOT_PASS, false), &mut thrown_away)?;
-        self.parameters.photons = balance::photons(pixels, self.plan.connections, &counters);
+        self.parameters.photons = balance::photons(pixels, self.plan.connections.any(), &counters);
         self.seconds.photons += clock.elapsed().as_secs_f64();
         Ok(())
     }
@@ -428,7 +428,7 @@ impl Ground<'_> {
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
         let clock = Instant::now();
-        if self.plan.connections {
+        if self.plan.connections.any() {
             connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
         }
         counters.add(&paths.counters);

@@ -3,6 +3,7 @@ use super::Parameters;
 use crate::density::radius::Radii;
 use crate::film::error::ErrorEstimate;
 use crate::markov::FamilyReport;
+use crate::plan::Connections;
 use crate::transport::counters::Counters;
 use crate::transport::photon::PerFamily;
 use serde::Serialize;
@@ -25,8 +26,8 @@ pub struct PhaseSeconds {
 pub struct Stats {
     /// As they were in force: the scene's, the command line's and the defaults.
     pub parameters: Parameters,
-    /// Whether receivers looked for lamps by themselves.
-    pub connections: bool,
+    /// Which receivers looked for lamps by themselves.
+    pub connections: Connections,
     pub passes: u32,
     /// Threads that the engine worked with.
     pub threads: usize,

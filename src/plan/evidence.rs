@@ -112,7 +112,10 @@ impl<'a> Evidence<'a> {
         if !scatters {
             return (scatters, reason, names);
         }
-        self.surfaces("refracting", "no surface refracts", |s| s.has(lobes::DELTA_TRANSMISSION))
+        let glossy = if self.glossy_chains { lobes::GLOSSY_TRANSMISSION } else { 0 };
+        self.surfaces("refracting", "no surface refracts", |s| {
+            s.has(lobes::DELTA_TRANSMISSION | glossy)
+        })
     }
 
     fn visible_emitters(&self, found: &str, missing: &str, keep: impl Fn(bool) -> bool) -> Verdict {

@@ -22,6 +22,22 @@ pub enum Steering {
     Measured,
 }
 
+/// Receivers that look for lamps by themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Connections {
+    pub visible_points: bool,
+    pub view_beams: bool,
+}
+
+impl Connections {
+    pub const NONE: Self = Connections { visible_points: false, view_beams: false };
+    pub const ALL: Self = Connections { visible_points: true, view_beams: true };
+
+    pub fn any(self) -> bool {
+        self.visible_points || self.view_beams
+    }
+}
+
 /// What a plan depends on besides the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wishes {
@@ -29,8 +45,8 @@ pub struct Wishes {
     /// Effects that are simulated though the scene does not call for them.
     pub forced: Effects,
     pub steering: Steering,
-    /// Whether receivers find by themselves what comes straight from a lamp. [Connection]
-    pub connections: bool,
+    /// Which receivers find by themselves what comes straight from a lamp. [Connection]
+    pub connections: Connections,
     /// Whether view rays go on in the sharp directions of glossy surfaces. [Glossy chain]
     pub glossy_chains: bool,
 }
@@ -41,7 +57,7 @@ impl From<PathLimits> for Wishes {
             limits,
             forced: Effects::NONE,
             steering: Steering::Never,
-            connections: false,
+            connections: Connections::NONE,
             glossy_chains: false,
         }
     }
@@ -51,8 +67,8 @@ impl From<PathLimits> for Wishes {
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub rules: PathRules,
-    /// Whether receivers find by themselves what comes straight from a lamp, and photons leave it out. [Connection]
-    pub connections: bool,
+    /// Which receivers find by themselves what comes straight from a lamp, and photons leave it out. [Connection]
+    pub connections: Connections,
     /// Which families may get chains.
     pub steering: Steering,
     /// The scene's media as they are treated: where an effect is forced on, what would make the work

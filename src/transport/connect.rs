@@ -11,7 +11,7 @@ use crate::density::radius::Radii;
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
 use crate::math::Rgb;
-use crate::plan::Plan;
+use crate::plan::{Connections, Plan};
 use crate::scene::*;
 use glam::Vec3;
 use rand_pcg::Pcg64Mcg;
@@ -32,14 +32,16 @@ pub fn connect(
     let stream = |purpose, batch: Batch| uniform::stream(seed, purpose, jitter, batch.number);
     let connector = Connector::new(scene, plan, paths);
     let mut parts = Vec::new();
-    if plan.simulates(Effect::SurfaceGathering) {
+    if plan.connections.visible_points && plan.simulates(Effect::SurfaceGathering) {
         parts.extend(scene.batching().run_all(paths.points.len() as u64, |batch| {
             connector.points(range(batch), &mut stream(Purpose::LampsOfPoints, batch))
         })?);
     }
-    parts.extend(scene.batching().run_all(paths.beams.len() as u64, |batch| {
-        connector.beams(range(batch), &mut stream(Purpose::LampsOfBeams, batch))
-    })?);
+    if plan.connections.view_beams {
+        parts.extend(scene.batching().run_all(paths.beams.len() as u64, |batch| {
+            connector.beams(range(batch), &mut stream(Purpose::LampsOfBeams, batch))
+        })?);
+    }
     paths.connected = vec![Rgb::ZERO; paths.film.len()];
     for (found, counters) in parts {
         for (pixel, radiance) in found.0 {
@@ -50,28 +52,38 @@ pub fn connect(
     Ok(())
 }
 
-/// Whether lamps are found from a good share of the receivers. Where glass sends the light, connections would cost and find
-/// nothing. The numbers drawn for it are used for nothing else, so that the choice does not bias what is chosen.
-pub fn finds_lamps(
+/// Which connections are likely to pay. Where glass sends the light, they would cost and find nothing. Along view beams they
+/// are made if all lamps are infinitely far away: near a lamp its light rises by the inverse square of the distance, and
+/// photons, who bring it as it is, have less noise. The numbers drawn for the choice are used for nothing else, so that it
+/// does not bias what is chosen.
+pub fn worthwhile(
     scene: &dyn Scene,
     plan: &Plan,
     seed: u64,
     paths: &ViewPaths,
-) -> SceneResult<bool> {
+) -> SceneResult<Connections> {
     let mut rng = uniform::stream(seed, Purpose::LampProbe, 0, 0);
     let connector = Connector::new(scene, plan, paths);
-    let mut sampled = Vec::new();
+    let sampled = |count: usize| -> Vec<usize> {
+        (0..count).step_by(count.div_ceil(PROBES).max(1)).collect()
+    };
+    let mut connections = Connections::NONE;
     if plan.simulates(Effect::SurfaceGathering) {
-        let every = paths.points.len().div_ceil(PROBES).max(1);
-        let indices: Vec<usize> = (0..paths.points.len()).step_by(every).collect();
-        sampled.extend(connector.lamps(&connector.at_points(&indices), &mut rng)?);
+        let places = connector.at_points(&sampled(paths.points.len()));
+        connections.visible_points = are_found(&connector.lamps(&places, &mut rng)?);
     }
-    let every = paths.beams.len().div_ceil(PROBES).max(1);
-    let indices: Vec<usize> = (0..paths.beams.len()).step_by(every).collect();
-    let drawn = connector.draw(&indices, &mut rng);
-    sampled.extend(connector.lamps(&connector.on_beams(&drawn), &mut rng)?);
+    if connector.lamps_near.is_empty() {
+        let drawn = connector.draw(&sampled(paths.beams.len()), &mut rng);
+        let lamps = connector.lamps(&connector.on_beams(&drawn), &mut rng)?;
+        connections.view_beams = are_found(&lamps);
+    }
+    Ok(connections)
+}
+
+/// Whether a good share of the samples is lit.
+fn are_found(sampled: &[LampSample]) -> bool {
     let found = sampled.iter().filter(|lamp| !lamp.irradiance.is_zero()).count();
-    Ok(found as f64 > FOUND_SHARE * sampled.len() as f64)
+    found as f64 > FOUND_SHARE * sampled.len() as f64
 }
 
 fn range(batch: Batch) -> Range<usize> {

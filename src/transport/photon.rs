@@ -92,8 +92,12 @@ pub enum Event {
 }
 
 /// Whether receivers find by themselves what comes along a lane's segment. [Connection]
-pub fn is_found(v: &PhotonVertices, lane: usize, plan: &Plan) -> bool {
-    plan.connections && v.event[lane] & photon_event::STRAIGHT != 0
+pub fn is_found(v: &PhotonVertices, lane: usize, plan: &Plan, family: Family) -> bool {
+    let connects = match family {
+        Family::Surface => plan.connections.visible_points,
+        Family::Medium => plan.connections.view_beams,
+    };
+    connects && v.event[lane] & photon_event::STRAIGHT != 0
 }
 
 /// The photon at the end of a lane's segment. Walks that end here because their flux is no longer
@@ -101,8 +105,7 @@ pub fn is_found(v: &PhotonVertices, lane: usize, plan: &Plan) -> bool {
 pub fn event(v: &PhotonVertices, lane: usize, plan: &Plan, dropped: &mut u64) -> Event {
     *dropped += u64::from(v.event[lane] & photon_event::INVALID != 0);
     let event = photon_event::kind(v.event[lane]);
-    let is_found = is_found(v, lane, plan);
-    if event == photon_event::MEDIUM && is_found {
+    if event == photon_event::MEDIUM && is_found(v, lane, plan, Family::Medium) {
         return Event::Nothing;
     }
     if event == photon_event::NONE {
@@ -126,6 +129,6 @@ pub fn event(v: &PhotonVertices, lane: usize, plan: &Plan, dropped: &mut u64) ->
         flux,
         depth,
         walk,
-        is_found,
+        is_found: is_found(v, lane, plan, Family::Surface),
     })
 }

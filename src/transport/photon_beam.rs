@@ -1,7 +1,7 @@
 //! Photon beams: the ways of photons through media, from one vertex to the next. [Jarosz 2011]
 
 use super::extent::{far, visible_length};
-use super::photon::is_found;
+use super::photon::{is_found, Family};
 use super::tabulate::{tabulate, Crossing};
 use crate::math::{Aabb, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
@@ -154,7 +154,7 @@ impl PhotonBeams {
     ) -> SceneResult<Self> {
         let (media, bounds) = (&plan.media, &scene.description().bounds);
         let of_lane = |lane| PhotonBeam::of_lane(kind, media, bounds, v, lane);
-        let lanes = (0..v.event.len()).filter(|&lane| !is_found(v, lane, plan));
+        let lanes = (0..v.event.len()).filter(|&lane| !is_found(v, lane, plan, Family::Medium));
         let mut out =
             PhotonBeams { beams: lanes.filter_map(of_lane).collect(), ..PhotonBeams::default() };
         out.tabulate(scene, media, rng)?;

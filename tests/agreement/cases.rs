@@ -26,30 +26,36 @@ pub struct Method {
     pub power: Power,
 }
 
+/// The columns of the methods: photons carry all light.
+const PAPER: &[(&str, &str)] = &[("preset", "paper"), ("radius_schedule", "matched")];
+
 const fn in_full(name: &'static str) -> Method {
     let power = Power { image: 0.02, block: 0.08 };
-    Method { name, method: name, settings: &[], photons: 1.0, power }
+    Method { name, method: name, settings: PAPER, photons: 1.0, power }
 }
 
 /// `ppt` where photons carry what connections cannot. A sample of a lamp for each ray and jitter takes more jitters.
 const CONNECTIONS: Method = Method {
     name: "ppt_connections",
     method: "ppt",
-    settings: &[("connections", "true"), ("jitter_every", "1")],
+    settings: &[("preset", "paper"), ("connections", "true"), ("jitter_every", "1")],
     photons: 0.5,
     power: Power { image: 0.035, block: 0.16 },
 };
+
+/// `ppt` as it is if nobody says otherwise.
+const FAST: Method = Method { name: "ppt_fast", settings: &[], ..CONNECTIONS };
 
 /// The other methods share receivers, radii and film with `ppt`. What is theirs, the weights of
 /// photons and beams, shows in the whole image: half the precision costs a quarter of the photons.
 const fn at_half_precision(name: &'static str, photons: f64) -> Method {
     let power = Power { image: 0.035, block: 0.16 };
-    Method { name, method: name, settings: &[], photons: photons / 4.0, power }
+    Method { name, method: name, settings: PAPER, photons: photons / 4.0, power }
 }
 
 /// Chains give a third of their effort to the uniform stream, which the mean of the image hangs on.
 /// Beams bring many pairs each.
-pub const METHODS: [Method; 7] = [
+pub const METHODS: [Method; 8] = [
     in_full("ppt"),
     at_half_precision("ppbt", 0.7),
     at_half_precision("ppt_metro", 3.5),
@@ -57,6 +63,7 @@ pub const METHODS: [Method; 7] = [
     at_half_precision("apa", 1.0),
     at_half_precision("ppb", 0.7),
     CONNECTIONS,
+    FAST,
 ];
 
 /// How a scene is rendered: passes of `photons` emitted walks each, starting with these radii in

@@ -19,7 +19,7 @@ const WIDE: f32 = 0.5;
 
 fn connected(photons: u64, radius: f32, jitters: u32) -> Parameters {
     Parameters {
-        connections: true,
+        connections: Some(true),
         jitter_every: 1,
         passes: jitters,
         ..one_pass(photons / u64::from(jitters), radius)

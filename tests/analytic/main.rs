@@ -9,6 +9,7 @@
 //! notices a tenth of that.
 
 mod arithmetic;
+mod batches;
 mod connections;
 mod convergence;
 mod furnace;

@@ -55,8 +55,15 @@ fn name(scene: &Path) -> &str {
 }
 
 /// Renders a scene with a method and these effects forced on.
-fn render(session: &Session, scene: &Path, method: Method, effects: Effects) -> Outcome {
-    let file = SceneFile { path: scene.to_owned(), ..SceneFile::default() };
+fn render(
+    session: &Session,
+    scene: &Path,
+    preset: &str,
+    method: Method,
+    effects: Effects,
+) -> Outcome {
+    let settings = vec![("preset".to_owned(), preset.to_owned())];
+    let file = SceneFile { path: scene.to_owned(), settings, ..SceneFile::default() };
     let loaded = session.load(&file).unwrap();
     let lent = loaded.lend(0).unwrap();
     let parameters = Parameters {
@@ -82,7 +89,8 @@ fn an_effect_that_is_off_takes_no_work() {
     let (mut on, mut off) = (BTreeMap::new(), BTreeMap::new());
     for scene in scenes() {
         for method in Method::ALL {
-            let outcome = render(&session, &scene, method, Effects::NONE);
+            // Photons carry all light: what is called for has work to do.
+            let outcome = render(&session, &scene, "paper", method, Effects::NONE);
             for report in &outcome.stats.effects {
                 let effect = report.finding.effect;
                 let place = format!("{} in {} of {}", effect.name(), name(&scene), method.name());
@@ -103,16 +111,22 @@ fn the_picture_is_the_one_with_everything_forced_on() {
     let session = session();
     let mut forced = Effects::NONE;
     for scene in scenes() {
-        for method in [Method::Ppt, Method::Ppbt] {
+        let variations = [
+            (Method::Ppt, "fast"),
+            (Method::Ppbt, "fast"),
+            (Method::Ppt, "paper"),
+            (Method::Ppbt, "paper"),
+        ];
+        for (method, preset) in variations {
             let [plain, all] = [Effects::NONE, Effects::ALL]
-                .map(|effects| render(&session, &scene, method, effects));
+                .map(|effects| render(&session, &scene, preset, method, effects));
             for report in plain.stats.effects.iter().filter(|report| !report.finding.on) {
                 if work(&all, report.finding.effect) > 0 {
                     forced = forced.with(report.finding.effect);
                 }
             }
             let worst = difference(&plain, &all);
-            let place = format!("{} of {}", name(&scene), method.name());
+            let place = format!("{} of {}, {preset}", name(&scene), method.name());
             assert!(worst <= ROUNDING, "{place}: a value differs by {worst:.1e} of the mean");
         }
     }

@@ -19,7 +19,7 @@ use vpt::analytic::{
 };
 use vpt::host::loopback::{render, RawParameters, Returned};
 use vpt::math::{Aabb, Rgb};
-use vpt::method::{self, Method, Parameters, Silent};
+use vpt::method::{self, Method, Parameters, Preset, Silent};
 use vpt::scene::{Phase, VACUUM};
 
 const NAMES: [&str; 5] = ["ppt", "", "", "", ""];
@@ -53,6 +53,7 @@ fn world(disclosure: Disclosure) -> World {
 
 fn small(names: [&str; 5]) -> RawParameters {
     let mut parameters = RawParameters::named(names).unwrap();
+    parameters.preset = c"paper".into();
     parameters.numbers.passes = 2;
     parameters.numbers.photons = 300;
     parameters.numbers.threads = 2;
@@ -65,7 +66,7 @@ fn a_picture_through_the_abi_has_the_bits_of_the_engine() {
     for disclosure in [Disclosure::Full, Disclosure::OnRequest] {
         let world = world(disclosure);
         for method in Method::ALL {
-            let own = Parameters { method, passes: 2, photons: 300, ..Parameters::default() };
+            let own = Parameters { method, passes: 2, photons: 300, ..Preset::Paper.parameters() };
             let own = method::render(&world, &own, &mut Silent).unwrap();
             let names = [method.name(), "", "", "", ""];
             let returned = render(&world, &small(names), None).unwrap();
@@ -131,7 +132,7 @@ prop_compose! {
         floats in [odd_float(), odd_float(), odd_float()],
         target_error in prop_oneof![Just(0.0), any::<f64>()],
         timeout in prop_oneof![Just(0.0), any::<f64>()],
-        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 3]>()),
+        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 6]>()),
     ) -> RawParameters {
         let names = [&method, &schedule, &shooting, &beams, &effects];
         let names = names.map(|name| name.replace('\0', ""));
@@ -144,7 +145,9 @@ prop_compose! {
         (numbers.passes, numbers.threads, numbers.seed) = (passes, threads, seed);
         numbers.hide_emitters = flags[0].into();
         numbers.estimate_error = flags[1].into();
-        numbers.connections = flags[2].into();
+        numbers.connections = u32::from(flags[2]) + u32::from(flags[3]);
+        numbers.emission_rays = flags[4].into();
+        numbers.glossy_chains = flags[5].into();
         raw
     }
 }

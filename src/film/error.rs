@@ -88,16 +88,18 @@ pub struct ErrorSums {
 }
 
 impl ErrorSums {
-    /// For passes of which a share `alpha` of the photons is kept from one to the next.
+    /// For passes of which a share `alpha` of the photons is kept from one to the next, and whose noise may come from
+    /// connections, too.
     // [Error decay]
-    pub fn new(description: &SceneDescription, alpha: f32) -> Self {
+    pub fn new(description: &SceneDescription, alpha: f32, connections: bool) -> Self {
         let alpha = f64::from(alpha);
+        let noise_decay = if connections { 0.5 * (alpha + 1.0) } else { alpha };
         ErrorSums {
             pixels: vec![Moments::default(); description.film_pixels as usize],
             width: description.film_width as usize,
             channels: description.film_channels as usize,
             jitters: 0,
-            noise_decay: alpha,
+            noise_decay,
             bias_decay: 1.0 - alpha,
         }
     }
@@ -279,7 +281,7 @@ mod tests {
             sensor: SensorFacts::default(),
             warnings: vec![],
         };
-        ErrorSums::new(&description, 0.7)
+        ErrorSums::new(&description, 0.7, false)
     }
 
     /// A film of which every pixel holds one value in all colours.

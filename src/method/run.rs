@@ -188,6 +188,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         let first_radii = first_radii(scene, parameters, receivers.as_ref())?;
         let wants_emission_rays =
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
+        let connects = plan.connections.any();
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
         let radii = RadiusSequence::new(first_radii, alpha, schedule, kernels)
             .not_below(resolvable_radii(receivers.as_ref()));
@@ -206,7 +207,9 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             receivers,
             film: FilmSums::new(scene.description()),
             emission: wants_emission_rays.then(|| DirectEmission::new(scene.description())),
-            error: parameters.estimate_error.then(|| ErrorSums::new(scene.description(), alpha)),
+            error: parameters
+                .estimate_error
+                .then(|| ErrorSums::new(scene.description(), alpha, connects)),
             estimate: None,
             counters,
             seconds,

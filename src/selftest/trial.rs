@@ -3,12 +3,14 @@
 use super::bench::{Bench, SelftestError};
 use super::judge::Estimate;
 use crate::host::session::LoadedScene;
-use crate::method::{self, Counters, Method, Parameters, Silent};
+use crate::method::{self, Counters, Method, Parameters, Preset, Silent};
 use crate::scene::Scene;
 use serde::Serialize;
 
 /// Independent renders per reading.
 const SEEDS: u64 = 32;
+/// Passes into which the default preset divides those of a case: a sample of a lamp for each takes several.
+const FAST_PASSES: u32 = 8;
 /// Segments of a walk, on average over a render, beyond which work is not bounded.
 const SEGMENTS_PER_WALK: f64 = 400.0;
 
@@ -95,6 +97,9 @@ impl<'a> Trial<'a> {
         for &method in methods {
             let parameters = Parameters { method, ..parameters.clone() };
             self.film(&format!("{what} {}", method.name()), scene, &parameters, expected)?;
+        }
+        if methods.contains(&Method::Ppt) {
+            self.film(&format!("{what} fast"), scene, &by_default(parameters), expected)?;
         }
         Ok(())
     }
@@ -186,6 +191,23 @@ impl<'a> Trial<'a> {
             dropped: 0.0,
             fault,
         });
+    }
+}
+
+/// The same photons with the radii of the first pass, and all that the default preset adds to them.
+fn by_default(parameters: &Parameters) -> Parameters {
+    let Parameters { connections, emission_rays, glossy_chains, .. } = Preset::Fast.parameters();
+    let passes = parameters.passes * FAST_PASSES;
+    Parameters {
+        method: Method::Ppt,
+        passes,
+        jitter_every: 1,
+        photons: (parameters.photons / u64::from(FAST_PASSES)).max(1),
+        alpha: 1.0 - f32::EPSILON,
+        connections,
+        emission_rays,
+        glossy_chains,
+        ..parameters.clone()
     }
 }
 

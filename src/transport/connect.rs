@@ -80,8 +80,11 @@ pub fn worthwhile(
     Ok(connections)
 }
 
-/// Whether a good share of the samples is lit.
+/// Whether a good share of the samples is lit, and none by a lamp that cannot be sampled from where it is seen.
 fn are_found(sampled: &[LampSample]) -> bool {
+    if sampled.iter().any(|lamp| !lamp.irradiance.is_finite()) {
+        return false;
+    }
     let found = sampled.iter().filter(|lamp| !lamp.irradiance.is_zero()).count();
     found as f64 > FOUND_SHARE * sampled.len() as f64
 }

@@ -104,7 +104,7 @@ impl ReproduceJob {
             output: Some(self.folder(scene)),
             restart: arguments.restart,
             defines: self.defines(scene),
-            settings: vec![("alpha".to_owned(), ALPHA.to_string())],
+            settings: paper_settings(),
             variant: arguments.variant.clone(),
             sensor: 0,
             verbose: arguments.verbose,
@@ -112,6 +112,14 @@ impl ReproduceJob {
         })?;
         Ok(CompareJob { per_pass: Some(self.row(scene).per_pass), ..job })
     }
+}
+
+/// The paper's method, with radii that fit the kernels: its printed cube root is one of its claims, not a setting.
+fn paper_settings() -> Vec<(String, String)> {
+    let alpha = ALPHA.to_string();
+    [("preset", "paper"), ("radius_schedule", "matched"), ("alpha", &alpha)]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .into()
 }
 
 /// The paper's six methods, which are all of vpt's. [Collin 2013 §6]

@@ -48,11 +48,11 @@ fn write_sky(trial: &Trial) -> Result<(), SelftestError> {
         .map_err(|error| SelftestError::Files(std::io::Error::other(error)))
 }
 
-/// `path` chooses directions by the sky's brightness, so that it holds hardly any noise.
+/// `volpath` chooses directions by the sky's brightness and looks through null boundaries, so that it holds hardly any noise.
 fn bright_pixel(trial: &mut Trial) -> Result<(), SelftestError> {
     write_sky(trial)?;
     let scene = trial.bench.load(SKY, &[])?;
-    let seen = trial.seen_by_mitsuba(&scene, "path", 4096)?;
+    let seen = trial.seen_by_mitsuba(&scene, "volpath", 4096)?;
     let lent = scene.lend(0)?;
     let expected = Expected::rgb(seen).with_bias(0.01);
     trial.film_by(&POINTS, "", lent.scene(), &one_pass(12_000, 0.25), expected)

@@ -21,7 +21,7 @@ measured() {
     printf '```\n\n'
 }
 
-contestants='ppt,ppt+connections=true+jitter_every=1+photons=20000,ppt_metro,ppt_metro+connections=true+jitter_every=1+photons=20000,volpath'
+contestants='ppt,ppt+preset=paper,ppbt,ppt_metro,ppbt_metro,apa,ppb,volpath'
 
 {
     cat <<TEXT
@@ -35,15 +35,14 @@ $(rustc --version); commit $(git rev-parse --short HEAD).
 
 ## Error for time
 
-Equal wall time for all, Dr.Jit's LLVM variant on all cores. \`ppt+connections=true...\` are the same methods with the lamps looked for from
-the receivers, new view rays for every pass and about a photon per pixel.
+Equal wall time for all, Dr.Jit's LLVM variant on all cores. Methods have the default preset; \`ppt+preset=paper\` is the publication's.
 
 TEXT
     for scene in caustic_fog window_room cornell_fog smoke; do
         printf '### %s\n\n' "$scene"
         measured "target/release/vpt compare mitsuba_scenes/$scene/scene.xml --variant llvm_ad_rgb -D resx=160 -D resy=160 \\
     --methods $contestants \\
-    --time 4 --seeds 2 --reference-time 25 -o $pictures/$scene" | sed "s#$pictures#out#"
+    --time 6 --seeds 2 --reference-time 40 -o $pictures/$scene" | sed "s#$pictures#out#"
     done
     cat <<'TEXT'
 ## Walks

@@ -6,10 +6,10 @@ use crate::transport::view::{BeamRecord, ViewPaths};
 
 /// Pairs of neighbouring pixels that are probed.
 const PROBES: usize = 256;
-/// First radii in pixel footprints: a disk of some 40 pixels on surfaces, a cylinder of some 80 in
+/// First radii in pixel footprints: a disk of some 14 pixels on surfaces, a cylinder of some 28 in
 /// media, where photons are sparser.
-const SURFACE_PIXELS: f32 = 3.5;
-const MEDIUM_PIXELS: f32 = 5.0;
+const SURFACE_PIXELS: f32 = 2.1;
+const MEDIUM_PIXELS: f32 = 3.0;
 /// Radius in roundings of a coordinate at which a disk holds as many lattice points as its area says, within 2 %.
 const RESOLVED_ROUNDINGS: f32 = 8.0;
 /// What a radius falls back on where the camera sees no receiver: this share of the scene's diagonal.

@@ -7,6 +7,8 @@ use serde::Serialize;
 
 /// Jitters from which an estimate is made; fewer say too little of their own spread.
 const FEWEST_JITTERS: u32 = 2;
+/// The first number of jitters whose noise is kept to measure its decay by.
+const FIRST_MILESTONE: u32 = 8;
 /// Jitters from which an estimate may end a render.
 const JITTERS_TO_STOP: u32 = 4;
 /// The bias of a pixel is averaged over a window that reaches so many pixels to each side: the difference
@@ -85,6 +87,10 @@ pub struct ErrorSums {
     jitters: u32,
     noise_decay: f64,
     bias_decay: f64,
+    /// Between these bounds the decay of noise is measured; none where it is known.
+    measured_decay: Option<[f64; 2]>,
+    /// Squared noise after numbers of jitters that are powers of two.
+    noises: Vec<(u32, f64)>,
 }
 
 impl ErrorSums {
@@ -101,6 +107,8 @@ impl ErrorSums {
             jitters: 0,
             noise_decay,
             bias_decay: 1.0 - alpha,
+            measured_decay: connections.then_some([alpha, 1.0]),
+            noises: Vec::new(),
         }
     }
 
@@ -117,6 +125,24 @@ impl ErrorSums {
             }
         }
         self.jitters += 1;
+        let is_milestone = self.jitters >= FIRST_MILESTONE && self.jitters.is_power_of_two();
+        if is_milestone {
+            let noise = self.estimate().map(|estimate| estimate.noise.powi(2));
+            self.noises.extend(noise.map(|noise| (self.jitters, noise)));
+        }
+    }
+
+    /// The decay of noise, by the last milestone that lies far enough behind.
+    // [Error decay]
+    fn decay_of_noise(&self, noise: f64) -> f64 {
+        let behind = self.noises.iter().rev().find(|(jitters, _)| 2 * jitters <= self.jitters);
+        match (self.measured_decay, behind) {
+            (Some([least, most]), Some(&(jitters, before))) if noise > 0.0 => {
+                let decay = (before / noise).ln() / (self.count() / f64::from(jitters)).ln();
+                decay.clamp(least, most)
+            }
+            _ => self.noise_decay,
+        }
     }
 
     /// None before there are enough jitters.
@@ -146,7 +172,7 @@ impl ErrorSums {
             relative: (noise + bias).sqrt(),
             noise: noise.sqrt(),
             bias: bias.sqrt(),
-            noise_decay: self.noise_decay,
+            noise_decay: self.decay_of_noise(noise),
             bias_decay: self.bias_decay,
             correlation,
             jitters: self.jitters,

@@ -87,8 +87,7 @@ pub fn add_jitter(
         let emission = glam::Vec3::from(seen).to_array();
         let sums = sums.radiance(pixel);
         let [r, g, b] = [0, 1, 2].map(|channel| {
-            let radiance = f64::from(emission[channel]) + sums[channel] / f64::from(passes);
-            radiance.clamp(-BRIGHTEST, BRIGHTEST) as f32
+            within_film(f64::from(emission[channel]) + sums[channel] / f64::from(passes))
         });
         Rgb::new(r, g, b)
     })
@@ -109,7 +108,8 @@ pub fn add_emission(
     let further_weights = further.pixels.iter().map(|&p| passes as f32 / rays[p as usize]);
     let positions = || paths.film.iter().chain(&further.film);
     let axis = |axis: usize| positions().map(move |position| position[axis]);
-    let radiance = paths.emission.iter().chain(&further.radiance).map(|&rgb| rgb.into());
+    let radiance = paths.emission.iter().chain(&further.radiance);
+    let radiance = radiance.map(|rgb| rgb.map(|value| within_film(value.into())).into());
     let samples = FilmSamples {
         position: axis(0).chain(axis(1)).collect(),
         radiance: Planes::push_all(radiance.collect::<Vec<_>>().into_iter()),
@@ -117,6 +117,11 @@ pub fn add_emission(
         weight: weights.chain(further_weights).collect(),
     };
     scene.splat(&samples, &mut film.values)
+}
+
+/// Radiance as a film can take it.
+fn within_film(radiance: f64) -> f32 {
+    radiance.clamp(-BRIGHTEST, BRIGHTEST) as f32
 }
 
 /// Adds the bias of one jitter to a film of its own, the same for all colours.

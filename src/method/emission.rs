@@ -3,7 +3,6 @@
 use crate::film::{add_emission, FilmSums};
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneDescription, SceneResult};
-use crate::transport::counters::Counters;
 use crate::transport::deposits::PixelSums;
 use crate::transport::emission_rays::EmissionRays;
 use crate::transport::view::{self, EmissionSamples, ViewPaths};
@@ -39,10 +38,6 @@ impl DirectEmission {
         let pixels = self.rays.pixels(self.level);
         self.further = view::trace_emission(scene, plan, seed, jitter, &pixels)?;
         Ok(())
-    }
-
-    pub fn counters(&self) -> Counters {
-        self.further.counters
     }
 
     /// Learns from a jitter that ends, and returns the emission seen in it.

@@ -239,7 +239,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         if let Some(emission) = &mut self.emission {
             let clock = Instant::now();
             emission.trace(self.scene, &self.plan, self.parameters.seed, jitter)?;
-            self.counters.add(&emission.counters());
+            self.counters.add(&emission.further.counters);
             self.seconds.view += clock.elapsed().as_secs_f64();
         }
         Ok(true)
@@ -349,11 +349,14 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         if let Some(error) = self.error.as_mut().filter(|_| passes == self.jitter_every) {
             let mut bias = FilmSums::new(scene.description());
             add_bias(scene, paths, &self.sums, passes, &mut bias)?;
-            let mut whole = film.clone();
-            if let Some(emission) = &emission {
-                whole.add_channels(emission, scene.description());
+            match &emission {
+                None => error.add(&film, &bias),
+                Some(emission) => {
+                    let mut whole = film.clone();
+                    whole.add_channels(emission, scene.description());
+                    error.add(&whole, &bias);
+                }
             }
-            error.add(&whole, &bias);
             self.estimate = error.estimate();
         }
         self.film.add(&film);

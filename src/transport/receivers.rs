@@ -14,13 +14,8 @@ pub struct Receivers {
 
 impl Receivers {
     /// The trees over traced paths. [Collin 2013 §5.1]
-    pub fn build(mut paths: ViewPaths) -> Self {
-        let segments: Vec<_> = paths.beams.iter().map(|beam| beam.segment).collect();
-        let positions = positions(&paths);
-        let (beam_tree, mut point_tree) =
-            join(|| ViewBeamTree::build(&segments), || ViewPointTree::build(&positions));
-        paths.sort_points(&point_tree.take_order());
-        Receivers { paths, apex_grid: None, beam_tree, point_tree }
+    pub fn build(paths: ViewPaths) -> Self {
+        Receivers::beside_grid(paths, None)
     }
 
     /// The same for photon points, which find beams from a pinhole without a tree.
@@ -28,16 +23,22 @@ impl Receivers {
         let indexed = (0u32..).zip(&paths.beams);
         let straight = indexed.filter(|(_, beam)| beam.depth == 0);
         let straight: Vec<_> = straight.map(|(index, beam)| (index, beam.segment)).collect();
-        let Some(mut grid) = ApexGrid::build(&straight) else { return Receivers::build(paths) };
-        let in_grid = grid.take_order();
-        paths.move_beams_first(&in_grid);
-        let other = &paths.beams[in_grid.len()..];
-        let segments: Vec<_> = other.iter().map(|beam| beam.segment).collect();
-        let positions = positions(&paths);
+        let mut grid = ApexGrid::build(&straight);
+        if let Some(grid) = &mut grid {
+            paths.move_beams_first(&grid.take_order());
+        }
+        Receivers::beside_grid(paths, grid)
+    }
+
+    /// The trees over what is not in the grid, whose beams are the first.
+    fn beside_grid(mut paths: ViewPaths, apex_grid: Option<ApexGrid>) -> Self {
+        let in_grid = apex_grid.as_ref().map_or(0, ApexGrid::len);
+        let segments: Vec<_> = paths.beams[in_grid..].iter().map(|beam| beam.segment).collect();
+        let positions: Vec<_> = paths.points.iter().map(|point| point.position).collect();
         let (beam_tree, mut point_tree) =
             join(|| ViewBeamTree::build(&segments), || ViewPointTree::build(&positions));
         paths.sort_points(&point_tree.take_order());
-        Receivers { paths, apex_grid: Some(grid), beam_tree, point_tree }
+        Receivers { paths, apex_grid, beam_tree, point_tree }
     }
 
     /// Calls `visit(index, t, distance_squared)` for every beam around a photon, see [`ViewBeamTree::query`].
@@ -60,10 +61,6 @@ impl Receivers {
     pub fn pixels(&self) -> usize {
         self.paths.film.len()
     }
-}
-
-fn positions(paths: &ViewPaths) -> Vec<glam::Vec3> {
-    paths.points.iter().map(|point| point.position).collect()
 }
 
 impl AsRef<ViewPaths> for Receivers {

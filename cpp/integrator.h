@@ -40,6 +40,8 @@ public:
         m_parameters.connections = connections(props, defaults.connections);
         m_parameters.emission_rays = props.get<bool>("emission_rays", defaults.emission_rays != 0);
         m_parameters.glossy_chains = props.get<bool>("glossy_chains", defaults.glossy_chains != 0);
+        m_parameters.guided_emission = props.get<bool>("guided_emission", defaults.guided_emission != 0);
+        m_parameters.connection_samples = props.get<int64_t>("connection_samples", defaults.connection_samples);
         m_parameters.estimate_error = props.get<bool>("estimate_error", true);
         m_parameters.target_error = props.get<ScalarFloat>("target_error", 0.f);
         m_error_image = props.get<bool>("error_image", false);

@@ -11,7 +11,7 @@
 typedef struct VptStats VptStats;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 5
+#define VPT_ABI_VERSION 6
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -124,6 +124,9 @@ typedef struct VptParameters {
   uint32_t connections;
   uint32_t emission_rays;
   uint32_t glossy_chains;
+  uint32_t guided_emission;
+  // 0 for automatic.
+  int64_t connection_samples;
   uint32_t estimate_error;
   // 0 for none.
   double target_error;

@@ -19,6 +19,7 @@ pub mod analytic;
 pub mod density;
 pub mod effect;
 pub mod film;
+pub mod guide;
 pub mod host;
 pub mod markov;
 pub mod math;

@@ -343,6 +343,18 @@ impl Planes {
         self.set(lane, value.into());
     }
 
+    /// Multiplies each lane by the weight of the index that it has.
+    fn weigh(&mut self, indices: &[u32], weights: &[f32]) {
+        if self.lanes == 0 {
+            return;
+        }
+        for plane in self.values.chunks_exact_mut(self.lanes) {
+            for (value, &index) in plane.iter_mut().zip(indices) {
+                *value *= weights[index as usize];
+            }
+        }
+    }
+
     pub fn push_all(values: impl ExactSizeIterator<Item = glam::Vec3>) -> Self {
         let mut planes = Planes::default();
         planes.resize(values.len());
@@ -498,6 +510,14 @@ impl PhotonVertices {
     pub fn like(&self) -> Self {
         let segments = self.segments.as_ref().map(|_| PhotonSegments::default());
         PhotonVertices { segments, ..PhotonVertices::default() }
+    }
+
+    /// Multiplies the flux of all lanes by the weights of their walks.
+    pub fn weigh(&mut self, weights: &[f32]) {
+        let segments = self.segments.as_mut().map(|segments| &mut segments.flux);
+        for flux in [&mut self.flux].into_iter().chain(segments) {
+            flux.weigh(&self.walk, weights);
+        }
     }
 
     /// Drops lanes that are [`photon_event::ABSENT`].

@@ -36,12 +36,14 @@ const SCENE: &str = r#"<scene version="3.0.0">
 </scene>"#;
 
 /// Parameters, with values that are right.
-const PARAMETERS: [(&str, &[&str]); 21] = [
+const PARAMETERS: [(&str, &[&str]); 23] = [
     ("method", &["ppt", "ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"]),
     ("preset", &["fast", "paper"]),
     ("connections", &["true", "false", "auto"]),
     ("emission_rays", &["true", "false"]),
     ("glossy_chains", &["true", "false"]),
+    ("guided_emission", &["true", "false"]),
+    ("connection_samples", &["0", "1", "5"]),
     ("jitter_every", &["0", "1", "3"]),
     ("alpha", &["0.5", "0.99"]),
     ("surface_radius", &["0", "0.1", "1e-20"]),

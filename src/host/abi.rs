@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 5;
+pub const VPT_ABI_VERSION: u32 = 6;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -352,6 +352,9 @@ pub struct VptParameters {
     pub connections: u32,
     pub emission_rays: u32,
     pub glossy_chains: u32,
+    pub guided_emission: u32,
+    /// 0 for automatic.
+    pub connection_samples: i64,
     pub estimate_error: u32,
     /// 0 for none.
     pub target_error: f64,

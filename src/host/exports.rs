@@ -59,6 +59,8 @@ pub(super) fn raw_parameters(p: &Parameters) -> VptParameters {
         },
         emission_rays: p.emission_rays.into(),
         glossy_chains: p.glossy_chains.into(),
+        guided_emission: p.guided_emission.into(),
+        connection_samples: i64::from(p.connection_samples),
         estimate_error: p.estimate_error.into(),
         target_error: p.target_error,
         seed: p.seed,
@@ -259,6 +261,9 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         },
         emission_rays: p.emission_rays != 0,
         glossy_chains: p.glossy_chains != 0,
+        guided_emission: p.guided_emission != 0,
+        connection_samples: u32::try_from(p.connection_samples)
+            .map_err(|_| ParameterError::BadConnectionSamples(p.connection_samples))?,
         estimate_error: p.estimate_error != 0,
         target_error: p.target_error,
         seed: p.seed,

@@ -4,6 +4,9 @@
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// The largest number that may be drawn.
+pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
 /// What a stream of numbers is for; streams of different purposes never overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
@@ -22,6 +25,8 @@ pub enum Purpose {
     EmissionRays = 13,
     EmissionAperture = 14,
     EmissionTables = 15,
+    Lessons = 16,
+    LessonTables = 17,
 }
 
 /// The stream that belongs to one batch of one pass.

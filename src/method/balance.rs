@@ -25,13 +25,13 @@ pub fn pilot(pixels: u64) -> u64 {
     ((PILOT * pixels as f64) as u64).max(FEWEST)
 }
 
-/// Photons per pass, by what those of the pilot cost.
-pub fn photons(pixels: u64, connections: bool, pilot: &Counters) -> u64 {
+/// Photons per pass, by what those of the pilot cost; a pixel's receivers make so many `connections`.
+pub fn photons(pixels: u64, connections: u32, pilot: &Counters) -> u64 {
     let deposits = (pilot.surface_deposits + pilot.medium_deposits) as f64;
     let spent = pilot.segments as f64 + SEGMENTS_PER_DEPOSIT * deposits;
     let per_photon = spent / pilot.walks.max(1) as f64;
-    let connection = if connections { SEGMENTS_PER_CONNECTION } else { 0.0 };
-    let per_pixel = RATIO * (SEGMENTS_PER_RAY_PATH + connection) / per_photon.max(1.0);
+    let ray_path = SEGMENTS_PER_RAY_PATH + SEGMENTS_PER_CONNECTION * f64::from(connections);
+    let per_pixel = RATIO * ray_path / per_photon.max(1.0);
     let [least, most] = PER_PIXEL;
     ((per_pixel.clamp(least, most) * pixels as f64) as u64).max(FEWEST)
 }
@@ -48,12 +48,12 @@ mod tests {
             medium_deposits,
             ..Counters::default()
         };
-        let cheap = photons(100_000, false, &pilot(2_000, 0));
-        let dear = photons(100_000, false, &pilot(6_000, 24_000));
+        let cheap = photons(100_000, 0, &pilot(2_000, 0));
+        let dear = photons(100_000, 0, &pilot(6_000, 24_000));
         // 1.5 * 12 segments per pixel over 2 and over 6 + 24 / 3 per photon.
         assert_eq!(cheap, 900_000);
         assert_eq!(dear, 128_571);
-        assert!(photons(100_000, true, &pilot(2_000, 0)) > cheap);
-        assert_eq!(photons(100, false, &pilot(2_000, 0)), FEWEST);
+        assert!(photons(100_000, 1, &pilot(2_000, 0)) > cheap);
+        assert_eq!(photons(100, 0, &pilot(2_000, 0)), FEWEST);
     }
 }

@@ -31,7 +31,11 @@ pub fn inspect(scene: &dyn Scene, parameters: &Parameters) -> Result<Inspection,
     let photons = match parameters.photons {
         0 => {
             let [width, height] = scene.description().film_size.map(u64::from);
-            balance::photons(width * height, called_for.connections.any(), &called_for.counters)
+            balance::photons(
+                width * height,
+                called_for.connections.per_receiver(),
+                &called_for.counters,
+            )
         }
         given => given,
     };

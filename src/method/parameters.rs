@@ -13,6 +13,10 @@ const FEWEST_PHOTONS: u64 = 1 << 14;
 /// Passes at the same view rays where chains shoot: their states are seen anew at each change.
 const PASSES_OF_CHAINS: u32 = 4;
 
+/// Samples of the lamps for each receiver, where none are given: what they cost is about what the ray path to the receiver does.
+const SAMPLES_OF_CONNECTIONS: u32 = 4;
+const MOST_SAMPLES_OF_CONNECTIONS: u32 = 1024;
+
 /// The algorithm that renders. [Collin 2013 §6]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -88,10 +92,14 @@ pub struct Parameters {
     /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
     /// rest alone (`connections`); none = where that is likely to pay.
     pub connections: Option<bool>,
+    /// Samples of the lamps for each receiver that looks for them (`connection_samples`); 0 = [`SAMPLES_OF_CONNECTIONS`].
+    pub connection_samples: u32,
     /// Whether edges of lamps that are seen directly get rays of their own (`emission_rays`).
     pub emission_rays: bool,
     /// Whether view rays go on in the sharp directions of glossy surfaces (`glossy_chains`).
     pub glossy_chains: bool,
+    /// Whether photons that are shot uniformly leave lamps where, and in directions in which, they are seen (`guided_emission`).
+    pub guided_emission: bool,
     /// Effects that are simulated though the scene does not call for them.
     pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).
@@ -160,6 +168,10 @@ pub enum ParameterError {
     UnknownPreset(String),
     #[error("{name} is {value}, but must be at least 0 (0 = automatic)")]
     TooSmall { name: &'static str, value: i64 },
+    #[error(
+        "connection_samples is {0}, but must lie between 0 (automatic) and {MOST_SAMPLES_OF_CONNECTIONS}"
+    )]
+    BadConnectionSamples(i64),
     #[error("passes is 0, but must be at least 1")]
     NoPasses,
     #[error("chains is {0}, but must be at least 0 (0 = from the photons per pass)")]
@@ -214,8 +226,12 @@ impl Parameters {
             Shooting::Auto => Steering::Measured,
         };
         let Parameters { limits, effects: forced, glossy_chains, .. } = *self;
-        let connections =
-            if self.connections == Some(true) { Connections::ALL } else { Connections::NONE };
+        let samples = match self.connection_samples {
+            0 => SAMPLES_OF_CONNECTIONS,
+            given => given,
+        };
+        let wanted = self.connections == Some(true);
+        let connections = Connections { visible_points: wanted, view_beams: wanted, samples };
         Plan::new(scene, Wishes { limits, forced, steering, connections, glossy_chains })
     }
 
@@ -250,6 +266,9 @@ impl Parameters {
             return Err(ParameterError::BadAlpha(self.alpha));
         }
         self.check_target_error()?;
+        if self.connection_samples > MOST_SAMPLES_OF_CONNECTIONS {
+            return Err(ParameterError::BadConnectionSamples(self.connection_samples.into()));
+        }
         if self.passes < 1 {
             return Err(ParameterError::NoPasses);
         }

@@ -14,7 +14,7 @@ pub fn begin<'a>(
     scene: &'a dyn Scene,
     parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
-    let mut shooter = UniformShooter::new(parameters.seed);
+    let mut shooter = UniformShooter::of(parameters.seed, parameters.guided_emission);
     let jitter_every = parameters.jitter_every;
     let run = Run::new(
         scene,

@@ -255,7 +255,8 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
         self.parameters.photons = balance::pilot(pixels);
         let mut thrown_away = PixelSums::new(self.sums.len());
         let counters = body(&self.next_pass(PILOT_PASS, false), &mut thrown_away)?;
-        self.parameters.photons = balance::photons(pixels, self.plan.connections.any(), &counters);
+        self.parameters.photons =
+            balance::photons(pixels, self.plan.connections.per_receiver(), &counters);
         self.seconds.photons += clock.elapsed().as_secs_f64();
         Ok(())
     }

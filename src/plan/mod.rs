@@ -27,14 +27,24 @@ pub enum Steering {
 pub struct Connections {
     pub visible_points: bool,
     pub view_beams: bool,
+    /// Of the lamps, for each receiver.
+    pub samples: u32,
 }
 
 impl Connections {
-    pub const NONE: Self = Connections { visible_points: false, view_beams: false };
-    pub const ALL: Self = Connections { visible_points: true, view_beams: true };
+    pub const NONE: Self = Connections { visible_points: false, view_beams: false, samples: 1 };
 
     pub fn any(self) -> bool {
         self.visible_points || self.view_beams
+    }
+
+    /// Samples that a pixel's receivers take of the lamps.
+    pub fn per_receiver(self) -> u32 {
+        if self.any() {
+            self.samples
+        } else {
+            0
+        }
     }
 }
 

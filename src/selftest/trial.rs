@@ -196,7 +196,8 @@ impl<'a> Trial<'a> {
 
 /// The same photons with the radii of the first pass, and all that the default preset adds to them.
 fn by_default(parameters: &Parameters) -> Parameters {
-    let Parameters { connections, emission_rays, glossy_chains, .. } = Preset::Fast.parameters();
+    let Parameters { connections, emission_rays, glossy_chains, guided_emission, .. } =
+        Preset::Fast.parameters();
     let passes = parameters.passes * FAST_PASSES;
     Parameters {
         method: Method::Ppt,
@@ -207,6 +208,7 @@ fn by_default(parameters: &Parameters) -> Parameters {
         connections,
         emission_rays,
         glossy_chains,
+        guided_emission,
         ..parameters.clone()
     }
 }

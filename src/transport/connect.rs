@@ -30,17 +30,21 @@ pub fn connect(
     paths: &mut ViewPaths,
 ) -> SceneResult<()> {
     let stream = |purpose, batch: Batch| uniform::stream(seed, purpose, jitter, batch.number);
-    let connector = Connector::new(scene, plan, paths);
+    let connector = Connector::new(scene, plan, paths, plan.connections.samples);
     let mut parts = Vec::new();
     if plan.connections.visible_points && plan.simulates(Effect::SurfaceGathering) {
-        parts.extend(scene.batching().run_all(paths.points.len() as u64, |batch| {
-            connector.points(range(batch), &mut stream(Purpose::LampsOfPoints, batch))
-        })?);
+        parts.extend(
+            scene.batching().run_all(connector.samples_of(paths.points.len()), |batch| {
+                connector.points(range(batch), &mut stream(Purpose::LampsOfPoints, batch))
+            })?,
+        );
     }
     if plan.connections.view_beams {
-        parts.extend(scene.batching().run_all(paths.beams.len() as u64, |batch| {
-            connector.beams(range(batch), &mut stream(Purpose::LampsOfBeams, batch))
-        })?);
+        parts.extend(
+            scene.batching().run_all(connector.samples_of(paths.beams.len()), |batch| {
+                connector.beams(range(batch), &mut stream(Purpose::LampsOfBeams, batch))
+            })?,
+        );
     }
     paths.connected = vec![Rgb::ZERO; paths.film.len()];
     for (found, counters) in parts {
@@ -63,18 +67,18 @@ pub fn worthwhile(
     paths: &ViewPaths,
 ) -> SceneResult<Connections> {
     let mut rng = uniform::stream(seed, Purpose::LampProbe, 0, 0);
-    let connector = Connector::new(scene, plan, paths);
+    let connector = Connector::new(scene, plan, paths, 1);
     let sampled = |count: usize| -> Vec<usize> {
         (0..count).step_by(count.div_ceil(PROBES).max(1)).collect()
     };
-    let mut connections = Connections::NONE;
+    let mut connections = Connections { samples: plan.connections.samples, ..Connections::NONE };
     if plan.simulates(Effect::SurfaceGathering) {
         let places = connector.at_points(&sampled(paths.points.len()));
-        connections.visible_points = are_found(&connector.lamps(&places, &mut rng)?);
+        connections.visible_points = are_found(&connector.lamps(&places, 0, &mut rng)?);
     }
     if connector.lamps_near.is_empty() {
         let drawn = connector.draw(&sampled(paths.beams.len()), &mut rng);
-        let lamps = connector.lamps(&connector.on_beams(&drawn), &mut rng)?;
+        let lamps = connector.lamps(&connector.on_beams(&drawn), 0, &mut rng)?;
         connections.view_beams = are_found(&lamps);
     }
     Ok(connections)
@@ -93,24 +97,41 @@ fn range(batch: Batch) -> Range<usize> {
     batch.first as usize..batch.first as usize + batch.lanes
 }
 
+/// A uniform number of one of several strata.
+fn stratified(stratum: usize, strata: usize, number: f32) -> f32 {
+    ((stratum as f32 + number) / strata as f32).min(uniform::BELOW_ONE)
+}
+
 struct Connector<'a> {
     scene: &'a dyn Scene,
     pairs: Pairs<'a>,
     /// Lamps that are not infinitely far away.
     lamps_near: Vec<Place>,
+    /// Of the lamps, for each receiver.
+    samples: usize,
 }
 
 impl<'a> Connector<'a> {
-    fn new(scene: &'a dyn Scene, plan: &'a Plan, paths: &'a ViewPaths) -> Self {
+    fn new(scene: &'a dyn Scene, plan: &'a Plan, paths: &'a ViewPaths, samples: u32) -> Self {
         let pairs = Pairs::new(plan, paths, Radii::default());
         let lamps_near =
             scene.description().emitters.iter().filter_map(|lamp| lamp.place).collect();
-        Connector { scene, pairs, lamps_near }
+        Connector { scene, pairs, lamps_near, samples: samples as usize }
     }
 
-    fn points(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
-        let indices: Vec<usize> = range.collect();
-        let lamps = self.lamps(&self.at_points(&indices), rng)?;
+    fn samples_of(&self, receivers: usize) -> u64 {
+        (receivers * self.samples) as u64
+    }
+
+    /// The receivers of these samples.
+    fn receivers_of(&self, samples: Range<usize>) -> Vec<usize> {
+        samples.map(|sample| sample / self.samples).collect()
+    }
+
+    fn points(&self, samples: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
+        let first = samples.start;
+        let indices = self.receivers_of(samples);
+        let lamps = self.lamps(&self.at_points(&indices), first, rng)?;
         let mut out = Gathered::new(Found::default());
         for (&index, lamp) in indices.iter().zip(lamps) {
             self.pairs.lamp_on_point(lamp, &self.pairs.paths.points[index], &mut out);
@@ -118,9 +139,10 @@ impl<'a> Connector<'a> {
         self.resolve(out, indices.len())
     }
 
-    fn beams(&self, range: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
-        let drawn = self.draw(&range.collect::<Vec<_>>(), rng);
-        let lamps = self.lamps(&self.on_beams(&drawn), rng)?;
+    fn beams(&self, samples: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
+        let first = samples.start;
+        let drawn = self.draw(&self.receivers_of(samples), rng);
+        let lamps = self.lamps(&self.on_beams(&drawn), first, rng)?;
         let mut out = Gathered::new(Found::default());
         for ((beam, place), lamp) in drawn.iter().zip(lamps) {
             self.pairs.lamp_on_beam(lamp, beam, place.t, place.density, &mut out);
@@ -159,17 +181,26 @@ impl<'a> Connector<'a> {
         }
     }
 
-    fn lamps(&self, places: &Places, rng: &mut Pcg64Mcg) -> SceneResult<Vec<LampSample>> {
+    /// A sample of the lamps for each place. Those of one receiver, numbered from `first` on, are spread over the lamps.
+    fn lamps(
+        &self,
+        places: &Places,
+        first: usize,
+        rng: &mut Pcg64Mcg,
+    ) -> SceneResult<Vec<LampSample>> {
         let lanes = places.medium.len();
         if lanes == 0 {
             return Ok(Vec::new());
         }
         let (mut numbers, mut light) = (Vec::new(), LampLight::default());
         uniform::fill(rng, &mut numbers, LAMP_DIMENSIONS * lanes);
+        for (sample, number) in (first..).zip(&mut numbers[..lanes]) {
+            *number = stratified(sample % self.samples, self.samples, *number);
+        }
         self.scene.lamp_light(places, &numbers, &mut light)?;
         let of_lane = |lane| LampSample {
             direction: light.direction.get(lane),
-            irradiance: light.irradiance.rgb(lane),
+            irradiance: light.irradiance.rgb(lane) / self.samples as f32,
         };
         Ok((0..lanes).map(of_lane).collect())
     }

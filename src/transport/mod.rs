@@ -10,6 +10,8 @@ pub mod emission_rays;
 pub mod extent;
 pub mod footprint;
 pub mod gather;
+mod guided;
+mod lessons;
 pub mod numbers;
 mod overlap;
 pub mod pairs;

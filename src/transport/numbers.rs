@@ -16,6 +16,11 @@ pub trait Numbers {
     /// For each of these steps [`PHOTON_STEP_DIMENSIONS`] planes for the walks that are `alive` (indices within the
     /// batch, ascending) before the first of them.
     fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>);
+
+    /// By walk, what its flux is multiplied by because of how its emission was drawn; none where that is 1.
+    fn weights(&self) -> Option<&[f32]> {
+        None
+    }
 }
 
 /// Independent numbers from a stream.

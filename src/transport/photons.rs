@@ -4,8 +4,11 @@
 use super::counters::Counters;
 use super::deposits::{Deposits, PixelSums};
 use super::gather::Target;
+use super::guided::Guided;
+use super::lessons::learn_guide;
 use super::numbers::Uniform;
 use super::splat::Splat;
+use crate::guide::EmissionGuide;
 use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batch, SceneResult};
 
@@ -19,11 +22,27 @@ const BATCHES_PER_ROUND: u64 = 64;
 pub struct UniformShooter {
     seed: u64,
     batches_per_round: u64,
+    guidance: Guidance,
+}
+
+/// Whether emission is guided, and by what.
+#[derive(Debug)]
+enum Guidance {
+    None,
+    /// By what is to be learnt before the first photon.
+    Wanted,
+    Learnt(EmissionGuide),
 }
 
 impl UniformShooter {
     pub fn new(seed: u64) -> Self {
-        UniformShooter { seed, batches_per_round: 4 }
+        UniformShooter { seed, batches_per_round: 4, guidance: Guidance::None }
+    }
+
+    /// The same, its emission guided to where photons are seen if wanted; that is learnt from the target of the first pass.
+    pub fn of(seed: u64, guided: bool) -> Self {
+        let guidance = if guided { Guidance::Wanted } else { Guidance::None };
+        UniformShooter { guidance, ..UniformShooter::new(seed) }
     }
 
     /// Emits `walks` walks and adds the pass's radiance to `sums`.
@@ -37,6 +56,10 @@ impl UniformShooter {
         let wanted = target.wanted();
         if !wanted.surface && !wanted.medium {
             return Ok(Counters::default());
+        }
+        if matches!(self.guidance, Guidance::Wanted) {
+            let learnt = learn_guide(target, self.seed)?;
+            self.guidance = learnt.map_or(Guidance::None, Guidance::Learnt);
         }
         let batching = target.scene.batching();
         let (mut counters, mut next, end) = (Counters::default(), 0, batching.count(walks));
@@ -67,10 +90,18 @@ impl UniformShooter {
         batch: Batch,
     ) -> SceneResult<(Splat, Counters)> {
         let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch.number);
-        let mut numbers = Uniform(stream(Purpose::Photons));
+        let rng = stream(Purpose::Photons);
         let mut tables = stream(Purpose::PhotonTables);
         let (wanted, pixels) = (target.wanted(), target.receivers.pixels());
-        target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, || Splat::new(pixels))
+        let (lanes, splat) = (batch.lanes, || Splat::new(pixels));
+        match &self.guidance {
+            Guidance::Learnt(guide) => {
+                target.shoot(lanes, &mut Guided::new(rng, guide), &mut tables, wanted, splat)
+            }
+            Guidance::None | Guidance::Wanted => {
+                target.shoot(lanes, &mut Uniform(rng), &mut tables, wanted, splat)
+            }
+        }
     }
 
     /// Sizes the next round by what the last one held.

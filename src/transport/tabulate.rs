@@ -10,6 +10,8 @@ use rand_pcg::Pcg64Mcg;
 /// Transmittance tables: points per step, and steps per beam at most.
 const SAMPLES_PER_STEP: usize = 2;
 const MAX_STEPS: usize = 512;
+/// Points at which extinction is asked for in one call, so that they stay in a cache.
+const SAMPLES_AT_ONCE: usize = 1 << 16;
 /// A step of more optical depth than this is divided into so many, so many times at most.
 const STEEP_DEPTH: f32 = 0.25;
 const STEPS_WITHIN_STEP: usize = 8;
@@ -63,21 +65,32 @@ fn measure(
     crossings: &[Crossing],
     rng: &mut Pcg64Mcg,
 ) -> SceneResult<Vec<(usize, usize, TablePlan)>> {
-    let mut sigma_t = Planes::default();
-    scene.extinction(&table_points(plans, crossings, rng), &mut sigma_t)?;
-    let (mut first, mut finer) = (0, Vec::new());
-    for (index, plan) in plans.iter_mut().enumerate() {
-        let scale = plan.spacing / SAMPLES_PER_STEP as f32;
-        let depth_of = |step: usize| {
-            let start = first + step * SAMPLES_PER_STEP;
-            (start..start + SAMPLES_PER_STEP)
-                .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point).not_negative() * scale)
-        };
-        plan.depths = (0..plan.steps).map(depth_of).collect();
-        first += plan.steps * SAMPLES_PER_STEP;
-        finer.extend(plan.divide().into_iter().map(|(step, finer)| (index, step, finer)));
+    let (mut points, mut sigma_t) = (MediumPoints::default(), Planes::default());
+    let mut finer = Vec::new();
+    let mut first = 0;
+    while first < plans.len() {
+        let count = at_once(&plans[first..]);
+        let (chunk, mut sample) = (&mut plans[first..first + count], 0);
+        table_points(chunk, crossings, rng, &mut points);
+        scene.extinction(&points, &mut sigma_t)?;
+        for (index, plan) in (first..).zip(chunk) {
+            plan.fill_in(&sigma_t, sample);
+            sample += plan.samples();
+            finer.extend(plan.divide().into_iter().map(|(step, finer)| (index, step, finer)));
+        }
+        first += count;
     }
     Ok(finer)
+}
+
+/// How many of these plans are measured together.
+fn at_once(plans: &[TablePlan]) -> usize {
+    let mut samples = 0;
+    let fits = plans.iter().take_while(|plan| {
+        samples += plan.samples();
+        samples <= SAMPLES_AT_ONCE
+    });
+    fits.count().max(1)
 }
 
 /// Adds a plan's table behind those of its steps; returns its index.
@@ -95,15 +108,20 @@ fn push(plans: &[TablePlan], plan: usize, tables: &mut TransmittanceTables) -> u
 }
 
 /// Stratified points along each planned table: the sum over them is an unbiased optical depth.
-fn table_points(plans: &[TablePlan], crossings: &[Crossing], rng: &mut Pcg64Mcg) -> MediumPoints {
+fn table_points(
+    plans: &[TablePlan],
+    crossings: &[Crossing],
+    rng: &mut Pcg64Mcg,
+    points: &mut MediumPoints,
+) {
     let total: usize = plans.iter().map(TablePlan::samples).sum();
-    let mut points = MediumPoints::default();
     points.position.resize(total);
     points.direction.resize(total);
+    points.medium.clear();
     for plan in plans {
         let Crossing { segment, medium } = crossings[plan.crossing];
         let spacing = plan.spacing / SAMPLES_PER_STEP as f32;
-        for sample in 0..plan.steps * SAMPLES_PER_STEP {
+        for sample in 0..plan.samples() {
             // What does not change along the segment is the same everywhere on it.
             let offset = if plan.varies { rng.random() } else { 0.5 };
             let t = plan.start + (sample as f32 + offset) * spacing;
@@ -113,7 +131,6 @@ fn table_points(plans: &[TablePlan], crossings: &[Crossing], rng: &mut Pcg64Mcg)
             points.medium.push(medium);
         }
     }
-    points
 }
 
 /// Where along a crossing the extinction is to be tabulated.
@@ -156,6 +173,17 @@ impl TablePlan {
             depths: Vec::new(),
             finer: vec![None; steps],
         })
+    }
+
+    /// Takes the depths of all steps from the extinction at the plan's samples, which begin at `first`.
+    fn fill_in(&mut self, sigma_t: &Planes, first: usize) {
+        let scale = self.spacing / SAMPLES_PER_STEP as f32;
+        let depth_of = |step: usize| {
+            let start = first + step * SAMPLES_PER_STEP;
+            (start..start + SAMPLES_PER_STEP)
+                .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point).not_negative() * scale)
+        };
+        self.depths = (0..self.steps).map(depth_of).collect();
     }
 
     /// Points at which extinction is asked for.

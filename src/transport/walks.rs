@@ -42,6 +42,9 @@ impl Walks<'_> {
             if steps > 1 {
                 vertices.keep_present();
             }
+            if let Some(weights) = numbers.weights() {
+                vertices.weigh(weights);
+            }
             counters.segments += vertices.event.len() as u64;
             self.count(&vertices, &mut counters);
             visit(&mut vertices, &mut counters)?;

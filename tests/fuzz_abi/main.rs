@@ -128,18 +128,21 @@ prop_compose! {
         beams in name(&["", "short", "long"]),
         effects in name(&["", "auto", "all", "view_beams,depth_of_field", "metropolis_medium"]),
         photons in prop_oneof![select(vec![i64::MIN, -1, 0]), 1_i64..400],
-        integers in [odd_integer(), odd_integer(), odd_integer(), odd_integer()],
+        integers in [odd_integer(), odd_integer(), odd_integer(), odd_integer(), odd_integer()],
         floats in [odd_float(), odd_float(), odd_float()],
         target_error in prop_oneof![Just(0.0), any::<f64>()],
         timeout in prop_oneof![Just(0.0), any::<f64>()],
-        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 6]>()),
+        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 7]>()),
     ) -> RawParameters {
         let names = [&method, &schedule, &shooting, &beams, &effects];
         let names = names.map(|name| name.replace('\0', ""));
         let mut raw = RawParameters::named(names.each_ref().map(String::as_str)).unwrap();
         let numbers = &mut raw.numbers;
         numbers.photons = photons;
-        [numbers.chains, numbers.jitter_every, numbers.max_depth, numbers.rr_depth] = integers;
+        let [chains, jitter_every, max_depth, rr_depth, connection_samples] = integers;
+        (numbers.chains, numbers.jitter_every) = (chains, jitter_every);
+        (numbers.max_depth, numbers.rr_depth) = (max_depth, rr_depth);
+        numbers.connection_samples = connection_samples;
         [numbers.alpha, numbers.surface_radius, numbers.medium_radius] = floats;
         (numbers.target_error, numbers.timeout) = (target_error, timeout);
         (numbers.passes, numbers.threads, numbers.seed) = (passes, threads, seed);
@@ -148,6 +151,7 @@ prop_compose! {
         numbers.connections = u32::from(flags[2]) + u32::from(flags[3]);
         numbers.emission_rays = flags[4].into();
         numbers.glossy_chains = flags[5].into();
+        numbers.guided_emission = flags[6].into();
         raw
     }
 }

@@ -1,7 +1,8 @@
-//! Vectors, colours, boxes, segments and random numbers. Depends on nothing else in the crate.
+//! Vectors, directions, colours, boxes, segments and random numbers. Depends on nothing else in the crate.
 
 mod aabb;
 mod approach;
+mod octahedral;
 mod rgb;
 mod segment;
 pub mod srgb;
@@ -9,5 +10,6 @@ pub mod uniform;
 
 pub use aabb::Aabb;
 pub use approach::Approach;
+pub use octahedral::Octahedral;
 pub use rgb::Rgb;
 pub use segment::Segment;

@@ -154,6 +154,13 @@ impl TransmittanceTables {
         }
     }
 
+    /// Bytes on the heap.
+    pub fn memory_bytes(&self) -> usize {
+        self.tables.capacity() * size_of::<Table>()
+            + self.depths.capacity() * size_of::<Rgb>()
+            + self.finer.capacity() * size_of::<u32>()
+    }
+
     /// Takes over another set; returns what must be added to its table indices.
     pub fn append(&mut self, other: TransmittanceTables) -> u32 {
         let (offset, depth_offset) = (self.tables.len() as u32, self.depths.len() as u32);

@@ -15,6 +15,7 @@ use crate::transport::connect;
 use crate::transport::deposits::PixelSums;
 use crate::transport::footprint::{automatic_radii, resolvable_radii};
 use crate::transport::gather::{Particles, Target};
+use crate::transport::memory::HoldsReceivers;
 use crate::transport::pairs::Pairs;
 use crate::transport::photon::PerFamily;
 use crate::transport::photon_map::PhotonMap;
@@ -53,7 +54,7 @@ struct Held<'a, R, B> {
 
 impl<R, B> Progressive for Held<'_, R, B>
 where
-    R: AsRef<ViewPaths>,
+    R: HoldsReceivers,
     B: FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
 {
     fn progress(&self) -> Progress {
@@ -124,7 +125,7 @@ pub struct Pass<'a, R> {
     tree_seconds: Cell<f64>,
 }
 
-impl<R: AsRef<ViewPaths>> Pass<'_, R> {
+impl<R: HoldsReceivers> Pass<'_, R> {
     pub fn pairs(&self) -> Pairs<'_> {
         Pairs::new(self.plan, self.receivers.as_ref(), self.radii)
     }
@@ -165,7 +166,7 @@ impl Pass<'_, Receivers> {
     }
 }
 
-impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
+impl<'a, R: HoldsReceivers> Run<'a, R> {
     /// Traces the first ray paths and chooses radii. View rays are jittered every `jitter_every` passes.
     pub fn new(
         scene: &'a dyn Scene,
@@ -183,15 +184,16 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             plan.connections = connect::worthwhile(scene, &plan, parameters.seed, &paths)?;
         }
         seconds.view += clock.elapsed().as_secs_f64();
+        let (first_radii, least_radii) =
+            (first_radii(scene, parameters, &paths)?, resolvable_radii(&paths));
         let ground = Ground { scene, seed: parameters.seed, plan: &plan };
         let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
-        let first_radii = first_radii(scene, parameters, receivers.as_ref())?;
         let wants_emission_rays =
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
         let connects = plan.connections.any();
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
-        let radii = RadiusSequence::new(first_radii, alpha, schedule, kernels)
-            .not_below(resolvable_radii(receivers.as_ref()));
+        let radii =
+            RadiusSequence::new(first_radii, alpha, schedule, kernels).not_below(least_radii);
         Ok(Run {
             scene,
             parameters: parameters.clone(),
@@ -315,6 +317,7 @@ impl<'a, R: AsRef<ViewPaths>> Run<'a, R> {
             initial_radii: self.initial_radii,
             final_radii: self.radii.current(),
             counters: self.counters,
+            memory: self.receivers.memory(),
             effects: EffectReport::all(&self.plan, &self.counters, self.shooting),
             shooting: self.shooting,
             estimated_error: self.estimate,
@@ -413,7 +416,7 @@ struct Ground<'a> {
 
 impl Ground<'_> {
     /// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
-    fn trace<R: AsRef<ViewPaths>>(
+    fn trace<R: HoldsReceivers>(
         &self,
         jitter: u64,
         prepare: fn(ViewPaths) -> R,
@@ -426,7 +429,7 @@ impl Ground<'_> {
         self.receivers(paths, jitter, prepare, counters, seconds)
     }
 
-    fn receivers<R: AsRef<ViewPaths>>(
+    fn receivers<R: HoldsReceivers>(
         &self,
         mut paths: ViewPaths,
         jitter: u64,
@@ -439,6 +442,7 @@ impl Ground<'_> {
             connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
         }
         counters.add(&paths.counters);
+        paths.shrink_for_passes();
         seconds.view += clock.elapsed().as_secs_f64();
         let clock = Instant::now();
         let receivers = prepare(paths);

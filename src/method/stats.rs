@@ -5,6 +5,7 @@ use crate::film::error::ErrorEstimate;
 use crate::markov::FamilyReport;
 use crate::plan::Connections;
 use crate::transport::counters::Counters;
+use crate::transport::memory::ReceiverMemory;
 use crate::transport::photon::PerFamily;
 use serde::Serialize;
 
@@ -36,6 +37,8 @@ pub struct Stats {
     pub initial_radii: Radii,
     pub final_radii: Radii,
     pub counters: Counters,
+    /// Of the receivers of the last jitter.
+    pub memory: ReceiverMemory,
     /// What was simulated and why, and the work that it took, in the order of [`crate::effect::Effect::ALL`].
     pub effects: Vec<EffectReport>,
     /// What was measured and decided about shooting, by family; all zero where a method does not measure.

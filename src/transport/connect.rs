@@ -152,11 +152,11 @@ impl<'a> Connector<'a> {
 
     fn at_points(&self, indices: &[usize]) -> Places {
         let paths = self.pairs.paths;
-        let points = indices.iter().map(|&index| &paths.points[index]);
+        let normal = |&index: &usize| paths.points[index].geometric_normal.into();
         Places {
             medium: indices.iter().map(|&index| paths.point_media[index]).collect(),
-            position: Planes::push_all(points.clone().map(|point| point.position)),
-            normal: Planes::push_all(points.map(|point| point.geometric_normal)),
+            position: Planes::push_all(indices.iter().map(|&index| paths.point_positions[index])),
+            normal: Planes::push_all(indices.iter().map(normal)),
         }
     }
 

@@ -51,7 +51,7 @@ pub fn resolvable_radii(paths: &ViewPaths) -> Radii {
         let end = beam.segment.at(beam.segment.length);
         rounding(beam.segment.origin).min(rounding(end))
     };
-    let of_points: Vec<f32> = paths.points.iter().map(|point| rounding(point.position)).collect();
+    let of_points: Vec<f32> = paths.point_positions.iter().map(|&place| rounding(place)).collect();
     let of_beams: Vec<f32> = paths.beams.iter().map(of_beam).collect();
     let radius = |roundings: &[f32]| RESOLVED_ROUNDINGS * median(roundings).unwrap_or(0.0);
     Radii { surface: radius(&of_points), medium: radius(&of_beams) }

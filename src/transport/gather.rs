@@ -140,8 +140,9 @@ impl Gathering<'_> {
     fn landing<S: Sink>(&self, p: &SurfacePhoton, out: &mut Gathered<S>) {
         out.counters.surface_photons += 1;
         let (tree, radius) = (&self.target.receivers.point_tree, self.pairs.radii.surface);
-        tree.query(p.position, radius, |index, d2| {
-            self.pairs.photon_on_point(p, &self.pairs.paths.points[index as usize], d2, out);
+        tree.query_places(p.position, radius, |index, position, d2| {
+            let point = &self.pairs.paths.points[index as usize];
+            self.pairs.photon_on_point(p, point, position, d2, out);
         });
     }
 

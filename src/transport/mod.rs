@@ -12,6 +12,7 @@ pub mod footprint;
 pub mod gather;
 mod guided;
 mod lessons;
+pub mod memory;
 pub mod numbers;
 mod overlap;
 pub mod pairs;

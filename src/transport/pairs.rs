@@ -174,27 +174,29 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// A photon within the radius of a visible point, at this squared distance from it.
+    /// A photon within the radius of a visible point at `position`, at this squared distance from it.
     // [Collin 2013 (5)], without the cosine: the density of photons on a surface holds it.
     pub fn photon_on_point<S: Sink>(
         &self,
         photon: &SurfacePhoton,
         point: &PointRecord,
+        position: Vec3,
         distance_squared: f32,
         out: &mut Gathered<S>,
     ) {
-        let height = (photon.position - point.position).dot(point.geometric_normal).abs();
-        if photon.geometric_normal.dot(point.geometric_normal) < SAME_SURFACE
+        let (geometric_normal, normal) = (point.geometric_normal.into(), point.normal.into());
+        let height = (photon.position - position).dot(geometric_normal).abs();
+        if photon.geometric_normal.dot(geometric_normal) < SAME_SURFACE
             || height > SAME_HEIGHT * self.radii.surface
-            || !self.within_depth(point.depth, photon.depth)
-            || photon.is_found && photon.direction.dot(point.normal) < 0.0
+            || !self.within_depth(self.paths.depth(point), photon.depth)
+            || photon.is_found && photon.direction.dot(normal) < 0.0
         {
             return;
         }
-        let weighted = point.throughput * photon.flux * kernel::disk(self.radii.surface);
+        let weighted = point.weight * photon.flux * kernel::disk(self.radii.surface);
         let bias_share = kernel::disk_bias_share(distance_squared, self.radii.surface);
         let pending = Pending { walk: photon.walk, pixel: point.pixel, weighted, bias_share };
-        reflect(photon.direction, point, pending, out);
+        reflect(photon.direction, normal, point.lobe(), pending, out);
     }
 
     /// One sample of a lamp's light at distance `t` along a view beam, which was drawn with this density [1/length].
@@ -225,13 +227,15 @@ impl<'a> Pairs<'a> {
         point: &PointRecord,
         out: &mut Gathered<S>,
     ) {
-        let cosine = -lamp.direction.dot(point.normal);
-        if lamp.irradiance.is_zero() || cosine <= 0.0 || !self.within_depth(point.depth, 0) {
+        let normal = point.normal.into();
+        let cosine = -lamp.direction.dot(normal);
+        let depth = self.paths.depth(point);
+        if lamp.irradiance.is_zero() || cosine <= 0.0 || !self.within_depth(depth, 0) {
             return;
         }
-        let weighted = point.throughput * lamp.irradiance * cosine;
+        let weighted = point.weight * lamp.irradiance * cosine;
         let pending = Pending { walk: 0, pixel: point.pixel, weighted, bias_share: 0.0 };
-        reflect(lamp.direction, point, pending, out);
+        reflect(lamp.direction, normal, point.lobe(), pending, out);
     }
 }
 
@@ -243,14 +247,17 @@ pub struct LampSample {
     pub irradiance: Rgb,
 }
 
-/// Applies the BSDF of a visible point, or asks for it.
-fn reflect<S: Sink>(light: Vec3, point: &PointRecord, mut pending: Pending, out: &mut Gathered<S>) {
-    match point.lobe {
-        Lobe::Lambertian(_) if light.dot(point.normal) >= 0.0 => {}
-        Lobe::Lambertian(reflectance) => {
-            pending.weighted = pending.weighted * reflectance * std::f32::consts::FRAC_1_PI;
-            out.keep(Family::Surface, pending);
-        }
+/// Adds what a visible point reflects, or asks for its BSDF.
+fn reflect<S: Sink>(
+    light: Vec3,
+    normal: Vec3,
+    lobe: Lobe,
+    pending: Pending,
+    out: &mut Gathered<S>,
+) {
+    match lobe {
+        Lobe::Lambertian if light.dot(normal) >= 0.0 => {}
+        Lobe::Lambertian => out.keep(Family::Surface, pending),
         Lobe::Stored(stored) => {
             out.asked.surface(SurfacePair { point: stored, photon: light }, pending);
         }

@@ -73,10 +73,12 @@ impl PhotonMap {
         let range = |count: usize| first..count.min(first + RECEIVERS_PER_TASK);
         match family {
             Family::Surface => {
-                for point in &pairs.paths.points[range(pairs.paths.points.len())] {
-                    self.on_surfaces.query(point.position, pairs.radii.surface, |index, d2| {
+                let places = range(pairs.paths.points.len());
+                let positions = &pairs.paths.point_positions[places.clone()];
+                for (point, &position) in pairs.paths.points[places].iter().zip(positions) {
+                    self.on_surfaces.query(position, pairs.radii.surface, |index, d2| {
                         let photon = &self.stored.on_surfaces[index as usize];
-                        pairs.photon_on_point(photon, point, d2, &mut out);
+                        pairs.photon_on_point(photon, point, position, d2, &mut out);
                     });
                 }
             }

@@ -1,3 +1,4 @@
+use crate::transport::memory::{HoldsReceivers, ReceiverMemory};
 use crate::transport::view::ViewPaths;
 use crate::tree::{ApexGrid, ViewBeamTree, ViewPointTree};
 use rayon::join;
@@ -34,9 +35,9 @@ impl Receivers {
     fn beside_grid(mut paths: ViewPaths, apex_grid: Option<ApexGrid>) -> Self {
         let in_grid = apex_grid.as_ref().map_or(0, ApexGrid::len);
         let segments: Vec<_> = paths.beams[in_grid..].iter().map(|beam| beam.segment).collect();
-        let positions: Vec<_> = paths.points.iter().map(|point| point.position).collect();
+        let positions = &paths.point_positions;
         let (beam_tree, mut point_tree) =
-            join(|| ViewBeamTree::build(&segments), || ViewPointTree::build(&positions));
+            join(|| ViewBeamTree::build(&segments), || ViewPointTree::build(positions));
         paths.sort_points(&point_tree.take_order());
         Receivers { paths, apex_grid, beam_tree, point_tree }
     }
@@ -60,6 +61,14 @@ impl Receivers {
 
     pub fn pixels(&self) -> usize {
         self.paths.film.len()
+    }
+}
+
+impl HoldsReceivers for Receivers {
+    fn memory(&self) -> ReceiverMemory {
+        let grid = self.apex_grid.as_ref().map_or(0, ApexGrid::memory_bytes);
+        let beams = grid + self.beam_tree.memory_bytes();
+        ReceiverMemory::of(&self.paths, beams, self.point_tree.memory_bytes())
     }
 }
 

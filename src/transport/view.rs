@@ -3,7 +3,7 @@
 
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
-use crate::math::{Rgb, Segment};
+use crate::math::{Octahedral, Rgb, Segment};
 use crate::medium::{transmittance, TransmittanceTables, NO_TABLE};
 use crate::plan::Plan;
 use crate::scene::*;
@@ -12,6 +12,7 @@ use crate::transport::counters::Counters;
 use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
 use crate::transport::photon::PerFamily;
 use crate::transport::tabulate::{tabulate, Crossing};
+use crate::tree::heap_bytes;
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -33,28 +34,49 @@ pub struct BeamRecord {
     pub depth: u32,
 }
 
-/// One visible point: where a ray path meets a smooth lobe.
+/// One visible point: where a ray path meets a smooth lobe. Its place is in [`ViewPaths::point_positions`], or in the tree that
+/// takes them over.
 #[derive(Debug, Clone, Copy)]
 pub struct PointRecord {
-    pub position: Vec3,
     /// As the shape is oriented.
-    pub geometric_normal: Vec3,
+    pub geometric_normal: Octahedral,
     /// Shading normal on the viewer's side.
-    pub normal: Vec3,
-    /// Weight from the point to the film, transmittances included.
-    pub throughput: Rgb,
-    pub lobe: Lobe,
+    pub normal: Octahedral,
+    /// Weight from the point to the film, transmittances and a Lambertian lobe included [1, or 1/sr with the lobe].
+    pub weight: Rgb,
     pub pixel: u32,
-    pub depth: u32,
+    lobe: PackedLobe,
 }
 
 /// How a visible point reflects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lobe {
-    /// Lambertian, with this directional albedo.
-    Lambertian(Rgb),
+    /// Lambertian; the weight holds it.
+    Lambertian,
     /// Ask [`Scene::eval_bsdf`] for the point with this index.
     Stored(u32),
+}
+
+/// The number of a stored point or, with the highest bit set, the depth of a Lambertian one.
+#[derive(Debug, Clone, Copy)]
+struct PackedLobe(u32);
+
+impl PackedLobe {
+    const LAMBERTIAN: u32 = 1 << 31;
+
+    fn lambertian(depth: u32) -> Self {
+        PackedLobe(Self::LAMBERTIAN | depth)
+    }
+}
+
+impl PointRecord {
+    #[inline]
+    pub fn lobe(&self) -> Lobe {
+        match self.lobe.0 {
+            lambertian if lambertian & PackedLobe::LAMBERTIAN != 0 => Lobe::Lambertian,
+            stored => Lobe::Stored(stored),
+        }
+    }
 }
 
 /// All ray paths of one jitter: one per pixel.
@@ -63,10 +85,12 @@ pub struct ViewPaths {
     pub beams: Vec<BeamRecord>,
     pub points: Vec<PointRecord>,
     pub tables: TransmittanceTables,
-    /// Distance travelled from the eye to the middle of each beam and to each point [length].
+    /// Where each point is; empty once a tree holds it.
+    pub point_positions: Vec<Vec3>,
+    /// Distance travelled from the eye to the middle of each beam and to each point [length], and the medium on the
+    /// viewer's side of each point; empty in passes.
     pub beam_distances: Vec<f32>,
     pub point_distances: Vec<f32>,
-    /// The medium on the viewer's side of each point.
     pub point_media: Vec<u32>,
     /// Film position (x, y), directly seen radiance and alpha of each path.
     pub film: Vec<[f32; 2]>,
@@ -79,6 +103,8 @@ pub struct ViewPaths {
     /// What was done for them.
     pub counters: Counters,
     stored: Vec<StoredPoint>,
+    /// Of each stored point.
+    stored_depths: Vec<u32>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -161,19 +187,50 @@ impl AsRef<ViewPaths> for ViewPaths {
 }
 
 impl ViewPaths {
-    /// Puts points into this order of their indices; those that it leaves out come last.
+    /// Frees what no pass needs: distances and media of points, and room to grow.
+    pub fn shrink_for_passes(&mut self) {
+        self.beam_distances = Vec::new();
+        self.point_distances = Vec::new();
+        self.point_media = Vec::new();
+        self.beams.shrink_to_fit();
+        self.points.shrink_to_fit();
+        self.point_positions.shrink_to_fit();
+        self.stored_depths.shrink_to_fit();
+    }
+
+    /// Puts points into this order of their indices, those that it leaves out last; their positions are with who ordered them.
     pub fn sort_points(&mut self, order: &[u32]) {
-        let order = &completed(order, self.points.len());
-        self.points = sorted(&self.points, order);
-        self.point_distances = sorted(&self.point_distances, order);
-        self.point_media = sorted(&self.point_media, order);
+        self.points = sorted(&self.points, &completed(order, self.points.len()));
+        self.point_positions = Vec::new();
     }
 
     /// Puts these beams first, in this order.
     pub fn move_beams_first(&mut self, order: &[u32]) {
-        let order = &completed(order, self.beams.len());
-        self.beams = sorted(&self.beams, order);
-        self.beam_distances = sorted(&self.beam_distances, order);
+        self.beams = sorted(&self.beams, &completed(order, self.beams.len()));
+    }
+
+    /// Scattering events between the film and a visible point.
+    #[inline]
+    pub fn depth(&self, point: &PointRecord) -> u32 {
+        match point.lobe() {
+            Lobe::Lambertian => point.lobe.0 & !PackedLobe::LAMBERTIAN,
+            Lobe::Stored(index) => self.stored_depths[index as usize],
+        }
+    }
+
+    /// Bytes of the beams and of what belongs to them.
+    pub fn beam_bytes(&self) -> usize {
+        heap_bytes(&self.beams) + heap_bytes(&self.beam_distances) + self.tables.memory_bytes()
+    }
+
+    /// Bytes of the points and of what belongs to them.
+    pub fn point_bytes(&self) -> usize {
+        heap_bytes(&self.points)
+            + heap_bytes(&self.point_positions)
+            + heap_bytes(&self.point_distances)
+            + heap_bytes(&self.point_media)
+            + heap_bytes(&self.stored)
+            + heap_bytes(&self.stored_depths)
     }
 
     fn append(&mut self, mut other: ViewPaths) {
@@ -184,12 +241,13 @@ impl ViewPaths {
             }
         }
         for point in &mut other.points {
-            if let Lobe::Stored(index) = &mut point.lobe {
-                *index += self.stored.len() as u32;
+            if let Lobe::Stored(index) = point.lobe() {
+                point.lobe = PackedLobe(index + self.stored.len() as u32);
             }
         }
         self.beams.append(&mut other.beams);
         self.points.append(&mut other.points);
+        self.point_positions.append(&mut other.point_positions);
         self.beam_distances.append(&mut other.beam_distances);
         self.point_distances.append(&mut other.point_distances);
         self.point_media.append(&mut other.point_media);
@@ -197,6 +255,7 @@ impl ViewPaths {
         self.emission.append(&mut other.emission);
         self.alpha.append(&mut other.alpha);
         self.stored.append(&mut other.stored);
+        self.stored_depths.append(&mut other.stored_depths);
         self.counters.add(&other.counters);
     }
 
@@ -500,30 +559,32 @@ impl<'a> Tracer<'a> {
     }
 
     fn add_point(&mut self, lane: usize, path: &Path, v: &ViewVertices) {
+        let mut weight = path.throughput;
         let lobe = if v.flags[lane] & view_flags::LAMBERTIAN != 0 {
             let reflectance = v.reflectance.rgb(lane);
             if reflectance.max_component() <= 0.0 {
                 return;
             }
-            Lobe::Lambertian(reflectance)
+            weight *= reflectance * std::f32::consts::FRAC_1_PI;
+            PackedLobe::lambertian(path.depth)
         } else {
+            self.out.stored_depths.push(path.depth);
             self.out.stored.push(StoredPoint {
                 origin: v.origin.get(lane),
                 direction: v.direction.get(lane),
                 skips_emitters: self.plan.limits().hide_emitters && path.depth == 0,
             });
-            Lobe::Stored(self.out.stored.len() as u32 - 1)
+            PackedLobe(self.out.stored.len() as u32 - 1)
         };
+        self.out.point_positions.push(v.position.get(lane));
         self.out.point_distances.push(path.distance);
         self.out.point_media.push(v.medium[lane]);
         self.out.points.push(PointRecord {
-            position: v.position.get(lane),
-            geometric_normal: v.geometric_normal.get(lane),
-            normal: v.normal.get(lane),
-            throughput: path.throughput,
-            lobe,
+            geometric_normal: v.geometric_normal.get(lane).into(),
+            normal: v.normal.get(lane).into(),
+            weight,
             pixel: self.pixels[lane],
-            depth: path.depth,
+            lobe,
         });
     }
 

@@ -12,6 +12,7 @@
 //! touches the line, whose slopes lie between those of the ball's tangents.
 
 use super::beam::Beam;
+use super::heap_bytes;
 use crate::math::Segment;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 
@@ -138,6 +139,11 @@ impl ApexGrid {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.beams.is_empty()
+    }
+
+    /// Bytes on the heap.
+    pub fn memory_bytes(&self) -> usize {
+        heap_bytes(&self.starts) + heap_bytes(&self.beams)
     }
 
     /// Hands out the indices of the beams in the order of the cells, and numbers them in that order from now on.

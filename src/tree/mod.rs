@@ -29,5 +29,10 @@ pub use photon_disks::PhotonDisks;
 pub use view_beam::ViewBeamTree;
 pub use view_point::ViewPointTree;
 
+/// Bytes that a vector takes on the heap, its room to grow included.
+pub(crate) fn heap_bytes<T>(values: &Vec<T>) -> usize {
+    values.capacity() * size_of::<T>()
+}
+
 /// Most levels of planes in a tree; sizes the stack of a query.
 pub const MAX_DEPTH: usize = 64;

@@ -25,6 +25,7 @@ mod validate;
 pub use build::{BuildOptions, SplitAxis};
 
 use super::beam::Beam;
+use super::heap_bytes;
 use crate::math::Aabb;
 
 /// A kd-tree over segments that finds those within a radius of a point.
@@ -74,10 +75,10 @@ impl ViewBeamTree {
 
     /// Bytes on the heap.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.nodes[..])
-            + size_of_val(&self.leaves[..])
-            + size_of_val(&self.references[..])
-            + size_of_val(&self.beams[..])
+        heap_bytes(&self.nodes)
+            + heap_bytes(&self.leaves)
+            + heap_bytes(&self.references)
+            + heap_bytes(&self.beams)
     }
 }
 

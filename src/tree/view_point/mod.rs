@@ -8,6 +8,7 @@ mod build;
 mod query;
 mod validate;
 
+use crate::tree::heap_bytes;
 use glam::Vec3;
 
 /// A kd-tree over points that finds those within a radius of a place.
@@ -45,9 +46,7 @@ impl ViewPointTree {
 
     /// Bytes on the heap.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.planes[..])
-            + size_of_val(&self.buckets[..])
-            + size_of_val(&self.order[..])
+        heap_bytes(&self.planes) + heap_bytes(&self.buckets) + heap_bytes(&self.order)
     }
 
     /// Hands out the indices of the points in the order of the buckets. From now on points are numbered in that order: an

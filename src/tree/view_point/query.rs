@@ -11,6 +11,12 @@ impl ViewPointTree {
     /// that of the buckets. If `p` or `radius` is NaN, or `radius <= 0`, there are none.
     #[inline]
     pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) {
+        self.query_places(p, radius, |index, _, distance_squared| visit(index, distance_squared));
+    }
+
+    /// As [`ViewPointTree::query`], with `visit(index, position, distance_squared)`.
+    #[inline]
+    pub fn query_places(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, Vec3, f32)) {
         if radius.is_nan() || radius <= 0.0 {
             return;
         }
@@ -20,9 +26,10 @@ impl ViewPointTree {
             let distances = self.buckets[bucket].distances_squared(p);
             let mut near = within(&distances, radius_squared);
             while near != 0 {
-                let lane = near.trailing_zeros() as usize;
+                let lane = near.trailing_zeros() as usize % BUCKET_SIZE;
                 near &= near - 1;
-                visit(self.index(start + lane), distances[lane % BUCKET_SIZE]);
+                let position = self.buckets[bucket].position(lane);
+                visit(self.index(start + lane), position, distances[lane]);
             }
         });
     }

@@ -1,6 +1,6 @@
 //! Places along view beams, drawn where light that is scattered there is seen.
 
-use super::view::{BeamRecord, ViewPaths};
+use super::view::{ViewBeam, ViewPaths};
 use crate::math::{Rgb, Segment};
 use crate::scene::{Extinction, Medium, Place};
 use glam::Vec3;
@@ -26,7 +26,7 @@ pub fn draw(
     paths: &ViewPaths,
     media: &[Medium],
     lamps: &[Place],
-    beam: &BeamRecord,
+    beam: ViewBeam,
     [choice, channel, number]: [f32; NUMBERS],
 ) -> Option<BeamSample> {
     let flights = Flights::of(paths, media, beam)?;
@@ -36,7 +36,7 @@ pub fn draw(
     // The half that is chosen has the other half of the choice's digits left to choose a lamp by.
     let by_angle = choice < 0.5;
     let lamp = lamps[(((2.0 * choice) % 1.0 * lamps.len() as f32) as usize).min(last)];
-    let angles = Angles::of(&beam.segment, lamp);
+    let angles = Angles::of(beam.segment, lamp);
     let t = if by_angle { angles.draw(number) } else { flights.draw(channel, number) };
     let by_flight = flights.at(t)?.density;
     let density = 0.5 * (by_flight + angles.density(t));
@@ -46,19 +46,19 @@ pub fn draw(
 /// Free flights of light along a beam, of three channels alike.
 struct Flights<'a> {
     paths: &'a ViewPaths,
-    beam: &'a BeamRecord,
+    beam: ViewBeam<'a>,
     extinction: &'a Extinction,
     /// Optical depth of the whole beam.
     whole: Rgb,
 }
 
 impl<'a> Flights<'a> {
-    fn of(paths: &'a ViewPaths, media: &'a [Medium], beam: &'a BeamRecord) -> Option<Self> {
-        let extinction = &media[beam.medium as usize].extinction;
+    fn of(paths: &'a ViewPaths, media: &'a [Medium], beam: ViewBeam<'a>) -> Option<Self> {
+        let extinction = &media[beam.record.medium as usize].extinction;
         let length = beam.segment.length;
         let whole = match extinction {
             Extinction::Constant(sigma_t) => *sigma_t * length,
-            Extinction::Varying { .. } => paths.tables.depth_at(beam.table, length).0,
+            Extinction::Varying { .. } => paths.tables.depth_at(beam.record.table, length).0,
         };
         attenuated(whole, 0)?;
         Some(Flights { paths, beam, extinction, whole })
@@ -71,7 +71,7 @@ impl<'a> Flights<'a> {
         let t = match self.extinction {
             Extinction::Constant(sigma_t) => depth / Vec3::from(*sigma_t)[channel],
             Extinction::Varying { .. } => {
-                self.paths.tables.distance_to(self.beam.table, channel, depth)
+                self.paths.tables.distance_to(self.beam.record.table, channel, depth)
             }
         };
         t.min(self.beam.segment.length)
@@ -81,7 +81,7 @@ impl<'a> Flights<'a> {
     fn at(&self, t: f32) -> Option<BeamSample> {
         let (ahead, sigma_t) = match self.extinction {
             Extinction::Constant(sigma_t) => (*sigma_t * t, *sigma_t),
-            Extinction::Varying { .. } => self.paths.tables.depth_at(self.beam.table, t),
+            Extinction::Varying { .. } => self.paths.tables.depth_at(self.beam.record.table, t),
         };
         at(t, ahead, sigma_t, self.whole)
     }

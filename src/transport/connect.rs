@@ -6,7 +6,7 @@ use super::counters::Counters;
 use super::deposits::{Deposit, Sink};
 use super::pairs::{Gathered, LampSample, Pairs};
 use super::photon::Family;
-use super::view::{BeamRecord, ViewPaths};
+use super::view::{ViewBeam, ViewPaths};
 use crate::density::radius::Radii;
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
@@ -145,7 +145,7 @@ impl<'a> Connector<'a> {
         let lamps = self.lamps(&self.on_beams(&drawn), first, rng)?;
         let mut out = Gathered::new(Found::default());
         for ((beam, place), lamp) in drawn.iter().zip(lamps) {
-            self.pairs.lamp_on_beam(lamp, beam, place.t, place.density, &mut out);
+            self.pairs.lamp_on_beam(lamp, *beam, place.t, place.density, &mut out);
         }
         self.resolve(out, drawn.len())
     }
@@ -161,10 +161,10 @@ impl<'a> Connector<'a> {
     }
 
     /// One place on each beam that light can be scattered from.
-    fn draw(&self, indices: &[usize], rng: &mut Pcg64Mcg) -> Vec<(&BeamRecord, BeamSample)> {
+    fn draw(&self, indices: &[usize], rng: &mut Pcg64Mcg) -> Vec<(ViewBeam<'_>, BeamSample)> {
         let paths = self.pairs.paths;
         let mut drawn = Vec::new();
-        for beam in indices.iter().map(|&index| &paths.beams[index]) {
+        for beam in indices.iter().map(|&index| paths.view_beam(index)) {
             let numbers: [f32; NUMBERS] = std::array::from_fn(|_| uniform::next(rng));
             let place = beam_sample::draw(paths, self.pairs.media, &self.lamps_near, beam, numbers);
             drawn.extend(place.map(|place| (beam, place)));
@@ -172,10 +172,10 @@ impl<'a> Connector<'a> {
         drawn
     }
 
-    fn on_beams(&self, drawn: &[(&BeamRecord, BeamSample)]) -> Places {
+    fn on_beams(&self, drawn: &[(ViewBeam, BeamSample)]) -> Places {
         let position = drawn.iter().map(|(beam, place)| beam.segment.at(place.t));
         Places {
-            medium: drawn.iter().map(|(beam, _)| beam.medium).collect(),
+            medium: drawn.iter().map(|(beam, _)| beam.record.medium).collect(),
             position: Planes::push_all(position),
             normal: Planes::push_all(drawn.iter().map(|_| Vec3::ZERO)),
         }

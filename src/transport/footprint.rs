@@ -1,8 +1,9 @@
 //! How wide a pixel is at a distance: the scale from which radii are chosen where none is given.
 
 use crate::density::radius::Radii;
+use crate::math::Segment;
 use crate::scene::*;
-use crate::transport::view::{BeamRecord, ViewPaths};
+use crate::transport::view::ViewPaths;
 
 /// Pairs of neighbouring pixels that are probed.
 const PROBES: usize = 256;
@@ -47,12 +48,9 @@ pub fn automatic_radii(scene: &dyn Scene, paths: &ViewPaths) -> SceneResult<Radi
 /// area, and the picture becomes brighter without bound as it shrinks.
 pub fn resolvable_radii(paths: &ViewPaths) -> Radii {
     let rounding = |place: glam::Vec3| f32::EPSILON * place.abs().max_element();
-    let of_beam = |beam: &BeamRecord| {
-        let end = beam.segment.at(beam.segment.length);
-        rounding(beam.segment.origin).min(rounding(end))
-    };
+    let of_beam = |beam: &Segment| rounding(beam.origin).min(rounding(beam.at(beam.length)));
     let of_points: Vec<f32> = paths.point_positions.iter().map(|&place| rounding(place)).collect();
-    let of_beams: Vec<f32> = paths.beams.iter().map(of_beam).collect();
+    let of_beams: Vec<f32> = paths.beam_segments.iter().map(of_beam).collect();
     let radius = |roundings: &[f32]| RESOLVED_ROUNDINGS * median(roundings).unwrap_or(0.0);
     Radii { surface: radius(&of_points), medium: radius(&of_beams) }
 }

@@ -131,7 +131,7 @@ impl Gathering<'_> {
             out.counters.medium_photons += 1;
             let (tree, radius) = (self.target.receivers.beam_tree(), self.pairs.radii.medium);
             tree.query_segment(&beam.segment, radius, |index, approach| {
-                let view = &self.pairs.paths.beams[index as usize];
+                let view = self.target.receivers.view_beam(index);
                 self.pairs.beam_on_beam(beam, &own.tables, view, &approach, out);
             });
         }
@@ -156,7 +156,7 @@ impl Gathering<'_> {
         }
         out.counters.medium_photons += 1;
         receivers.beams_around(p.position, radii.medium, |index, t, d2| {
-            let beam = &paths.beams[index as usize];
+            let beam = receivers.view_beam(index);
             if are_points {
                 self.pairs.point_on_beam(p, beam, t, d2, out);
             } else {

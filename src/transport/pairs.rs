@@ -7,7 +7,7 @@ use super::counters::Counters;
 use super::deposits::Sink;
 use super::photon::{Family, MediumPhoton, SurfacePhoton};
 use super::photon_beam::PhotonBeam;
-use super::view::{BeamRecord, Lobe, PointRecord, ViewPaths};
+use super::view::{Lobe, PointRecord, ViewBeam, ViewPaths};
 use crate::density::kernel;
 use crate::density::radius::Radii;
 use crate::math::{Approach, Rgb};
@@ -83,18 +83,20 @@ impl<'a> Pairs<'a> {
     pub fn point_on_beam<S: Sink>(
         &self,
         photon: &MediumPhoton,
-        beam: &BeamRecord,
+        beam: ViewBeam,
         t: f32,
         distance_squared: f32,
         out: &mut Gathered<S>,
     ) {
-        if beam.medium != photon.medium || !self.within_depth(beam.depth, photon.depth) {
+        if beam.record.medium != photon.medium
+            || !self.within_depth(beam.record.depth, photon.depth)
+        {
             return;
         }
-        let tr = self.paths.beam_transmittance(beam, self.media, t);
-        let weighted = beam.throughput * tr * photon.flux * kernel::disk(self.radii.medium);
+        let tr = self.paths.beam_transmittance(beam.record, self.media, t);
+        let weighted = beam.record.throughput * tr * photon.flux * kernel::disk(self.radii.medium);
         let bias_share = kernel::disk_bias_share(distance_squared, self.radii.medium);
-        let pending = Pending { walk: photon.walk, pixel: beam.pixel, weighted, bias_share };
+        let pending = Pending { walk: photon.walk, pixel: beam.record.pixel, weighted, bias_share };
         self.scatter(photon.position, photon.direction, beam, Some(Rgb::ONE), pending, out);
     }
 
@@ -103,7 +105,7 @@ impl<'a> Pairs<'a> {
     pub fn parallel_on_beam<S: Sink>(
         &self,
         photon: &MediumPhoton,
-        beam: &BeamRecord,
+        beam: ViewBeam,
         t: f32,
         distance_squared: f32,
         out: &mut Gathered<S>,
@@ -119,23 +121,23 @@ impl<'a> Pairs<'a> {
         &self,
         photon: &PhotonBeam,
         tables: &TransmittanceTables,
-        beam: &BeamRecord,
+        beam: ViewBeam,
         approach: &Approach,
         out: &mut Gathered<S>,
     ) {
-        if beam.medium != photon.medium
-            || !self.within_depth(beam.depth, photon.depth)
+        if beam.record.medium != photon.medium
+            || !self.within_depth(beam.record.depth, photon.depth)
             || nearly_parallel(beam.segment.direction, photon.segment.direction)
         {
             return;
         }
         let flux = photon.flux_at(approach.t_other, self.media, tables);
-        let tr = self.paths.beam_transmittance(beam, self.media, approach.t);
+        let tr = self.paths.beam_transmittance(beam.record, self.media, approach.t);
         let weight = kernel::interval(self.radii.medium) / approach.sine;
         let pending = Pending {
             walk: photon.walk,
-            pixel: beam.pixel,
-            weighted: beam.throughput * tr * flux * weight,
+            pixel: beam.record.pixel,
+            weighted: beam.record.throughput * tr * flux * weight,
             bias_share: kernel::interval_bias_share(approach.distance_squared, self.radii.medium),
         };
         let position = photon.segment.at(approach.t_other);
@@ -149,18 +151,18 @@ impl<'a> Pairs<'a> {
         &self,
         position: Vec3,
         photon: Vec3,
-        beam: &BeamRecord,
+        beam: ViewBeam,
         sigma_s: Option<Rgb>,
         mut pending: Pending,
         out: &mut Gathered<S>,
     ) {
         let view = beam.segment.direction;
-        let phase = self.phase(beam.medium, photon, -view);
-        let directional = self.media[beam.medium as usize].phase != Phase::Isotropic;
+        let phase = self.phase(beam.record.medium, photon, -view);
+        let directional = self.media[beam.record.medium as usize].phase != Phase::Isotropic;
         out.counters.directional_pairs += u64::from(directional);
         pending.weighted = pending.weighted * sigma_s.unwrap_or(Rgb::ONE) * phase.unwrap_or(1.0);
         let (owes_phase, owes_scattering) = (phase.is_none(), sigma_s.is_none());
-        let medium = beam.medium;
+        let medium = beam.record.medium;
         let pair = MediumPair { medium, position, photon, view, owes_phase, owes_scattering };
         out.keep_or_ask(pair, pending);
     }
@@ -204,18 +206,18 @@ impl<'a> Pairs<'a> {
     pub fn lamp_on_beam<S: Sink>(
         &self,
         lamp: LampSample,
-        beam: &BeamRecord,
+        beam: ViewBeam,
         t: f32,
         density: f32,
         out: &mut Gathered<S>,
     ) {
-        if lamp.irradiance.is_zero() || !self.within_depth(beam.depth, 0) {
+        if lamp.irradiance.is_zero() || !self.within_depth(beam.record.depth, 0) {
             return;
         }
-        let tr = self.paths.beam_transmittance(beam, self.media, t);
-        let weighted = beam.throughput * tr * lamp.irradiance / density;
-        let sigma_s = self.media[beam.medium as usize].scattering;
-        let pending = Pending { walk: 0, pixel: beam.pixel, weighted, bias_share: 0.0 };
+        let tr = self.paths.beam_transmittance(beam.record, self.media, t);
+        let weighted = beam.record.throughput * tr * lamp.irradiance / density;
+        let sigma_s = self.media[beam.record.medium as usize].scattering;
+        let pending = Pending { walk: 0, pixel: beam.record.pixel, weighted, bias_share: 0.0 };
         self.scatter(beam.segment.at(t), lamp.direction, beam, sigma_s, pending, out);
     }
 

@@ -7,6 +7,7 @@ use super::gather::Particles;
 use super::pairs::{Gathered, Pairs};
 use super::photon::Family;
 use super::store::StoredPhotons;
+use super::view::ViewBeam;
 use crate::scene::{Scene, SceneResult};
 use crate::tree::{PhotonBeams, PhotonDisks, ViewPointTree};
 use rayon::prelude::*;
@@ -83,8 +84,8 @@ impl PhotonMap {
                 }
             }
             Family::Medium => {
-                for beam in &pairs.paths.beams[range(pairs.paths.beams.len())] {
-                    self.along(beam, pairs, &mut out);
+                for beam in range(pairs.paths.beams.len()) {
+                    self.along(pairs.paths.view_beam(beam), pairs, &mut out);
                 }
             }
         }
@@ -92,16 +93,16 @@ impl PhotonMap {
     }
 
     /// The photons or photon beams along one view beam.
-    fn along(&self, beam: &super::view::BeamRecord, pairs: &Pairs, out: &mut Gathered<PixelRuns>) {
+    fn along(&self, beam: ViewBeam, pairs: &Pairs, out: &mut Gathered<PixelRuns>) {
         let StoredPhotons { particles, in_media, beams, .. } = &self.stored;
-        self.in_media.query(&beam.segment, pairs.radii.medium, |index, t, d2| {
+        self.in_media.query(beam.segment, pairs.radii.medium, |index, t, d2| {
             let photon = &in_media[index as usize];
             match particles {
                 Particles::Points => pairs.point_on_beam(photon, beam, t, d2, out),
                 Particles::Beams(_) => pairs.parallel_on_beam(photon, beam, t, d2, out),
             }
         });
-        self.beams.query(&beam.segment, pairs.radii.medium, |index, approach| {
+        self.beams.query(beam.segment, pairs.radii.medium, |index, approach| {
             let photon = &beams.beams[index as usize];
             pairs.beam_on_beam(photon, &beams.tables, beam, &approach, out);
         });

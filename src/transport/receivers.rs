@@ -1,5 +1,5 @@
 use crate::transport::memory::{HoldsReceivers, ReceiverMemory};
-use crate::transport::view::ViewPaths;
+use crate::transport::view::{ViewBeam, ViewPaths};
 use crate::tree::{ApexGrid, ViewBeamTree, ViewPointTree};
 use rayon::join;
 
@@ -21,9 +21,9 @@ impl Receivers {
 
     /// The same for photon points, which find beams from a pinhole without a tree.
     pub fn build_for_points(mut paths: ViewPaths) -> Self {
-        let indexed = (0u32..).zip(&paths.beams);
-        let straight = indexed.filter(|(_, beam)| beam.depth == 0);
-        let straight: Vec<_> = straight.map(|(index, beam)| (index, beam.segment)).collect();
+        let indexed = (0u32..).zip(paths.beam_segments.iter().copied());
+        let is_straight = |index: u32| paths.beams[index as usize].depth == 0;
+        let straight: Vec<_> = indexed.filter(|(index, _)| is_straight(*index)).collect();
         let mut grid = ApexGrid::build(&straight);
         if let Some(grid) = &mut grid {
             paths.move_beams_first(&grid.take_order());
@@ -34,10 +34,11 @@ impl Receivers {
     /// The trees over what is not in the grid, whose beams are the first.
     fn beside_grid(mut paths: ViewPaths, apex_grid: Option<ApexGrid>) -> Self {
         let in_grid = apex_grid.as_ref().map_or(0, ApexGrid::len);
-        let segments: Vec<_> = paths.beams[in_grid..].iter().map(|beam| beam.segment).collect();
-        let positions = &paths.point_positions;
-        let (beam_tree, mut point_tree) =
-            join(|| ViewBeamTree::build(&segments), || ViewPointTree::build(positions));
+        let (segments, positions) = (&paths.beam_segments[in_grid..], &paths.point_positions);
+        let (mut beam_tree, mut point_tree) =
+            join(|| ViewBeamTree::build(segments), || ViewPointTree::build(positions));
+        let in_tree = beam_tree.take_order().into_iter().map(|index| in_grid as u32 + index);
+        paths.sort_beams(&(0..in_grid as u32).chain(in_tree).collect::<Vec<_>>());
         paths.sort_points(&point_tree.take_order());
         Receivers { paths, apex_grid, beam_tree, point_tree }
     }
@@ -51,6 +52,18 @@ impl Receivers {
             in_grid = grid.len() as u32;
         }
         self.beam_tree.query(p, radius, |beam, t, d2| visit(in_grid + beam, t, d2));
+    }
+
+    /// A beam that was found.
+    #[inline]
+    pub fn view_beam(&self, index: u32) -> ViewBeam<'_> {
+        let record = &self.paths.beams[index as usize];
+        let segment = match &self.apex_grid {
+            Some(grid) if (index as usize) < grid.len() => grid.segment(index),
+            Some(grid) => self.beam_tree.segment(index - grid.len() as u32),
+            None => self.beam_tree.segment(index),
+        };
+        ViewBeam { record, segment }
     }
 
     /// The tree over all beams, for photon beams.

@@ -20,10 +20,10 @@ use rand_pcg::Pcg64Mcg;
 /// Segments after which a ray path that never ends is given up (and counted).
 const MAX_SEGMENTS: usize = 4096;
 
-/// One view beam: a segment of a ray path inside a medium.
+/// One view beam: a segment of a ray path inside a medium. The segment is in [`ViewPaths::beam_segments`], or in the structure
+/// that takes it over.
 #[derive(Debug, Clone, Copy)]
 pub struct BeamRecord {
-    pub segment: Segment,
     /// Weight from the start of the segment to the film (dimensionless).
     pub throughput: Rgb,
     pub pixel: u32,
@@ -32,6 +32,13 @@ pub struct BeamRecord {
     pub table: u32,
     /// Scattering events between the film and the segment.
     pub depth: u32,
+}
+
+/// A view beam with its segment.
+#[derive(Debug, Clone, Copy)]
+pub struct ViewBeam<'a> {
+    pub record: &'a BeamRecord,
+    pub segment: &'a Segment,
 }
 
 /// One visible point: where a ray path meets a smooth lobe. Its place is in [`ViewPaths::point_positions`], or in the tree that
@@ -85,7 +92,8 @@ pub struct ViewPaths {
     pub beams: Vec<BeamRecord>,
     pub points: Vec<PointRecord>,
     pub tables: TransmittanceTables,
-    /// Where each point is; empty once a tree holds it.
+    /// Of each beam, and where each point is; empty once trees hold them.
+    pub beam_segments: Vec<Segment>,
     pub point_positions: Vec<Vec3>,
     /// Distance travelled from the eye to the middle of each beam and to each point [length], and the medium on the
     /// viewer's side of each point; empty in passes.
@@ -172,7 +180,7 @@ pub fn trace(scene: &dyn Scene, plan: &Plan, seed: u64, jitter: u64) -> SceneRes
     for batch in traced {
         paths.append(batch);
     }
-    paths.beam_cone = DirectionCone::around(paths.beams.iter().map(|beam| beam.segment.direction));
+    paths.beam_cone = DirectionCone::around(paths.beam_segments.iter().map(|beam| beam.direction));
     paths.counters.view_rays = paths.film.len() as u64;
     paths.counters.view_beams = paths.beams.len() as u64;
     paths.counters.visible_points = paths.points.len() as u64;
@@ -193,6 +201,7 @@ impl ViewPaths {
         self.point_distances = Vec::new();
         self.point_media = Vec::new();
         self.beams.shrink_to_fit();
+        self.beam_segments.shrink_to_fit();
         self.points.shrink_to_fit();
         self.point_positions.shrink_to_fit();
         self.stored_depths.shrink_to_fit();
@@ -206,7 +215,20 @@ impl ViewPaths {
 
     /// Puts these beams first, in this order.
     pub fn move_beams_first(&mut self, order: &[u32]) {
+        let order = &completed(order, self.beams.len());
+        self.beams = sorted(&self.beams, order);
+        self.beam_segments = sorted(&self.beam_segments, order);
+    }
+
+    /// Puts beams into this order of their indices, those that it leaves out last; their segments are with who ordered them.
+    pub fn sort_beams(&mut self, order: &[u32]) {
         self.beams = sorted(&self.beams, &completed(order, self.beams.len()));
+        self.beam_segments = Vec::new();
+    }
+
+    /// Beams by their indices, as long as their segments are here.
+    pub fn view_beam(&self, index: usize) -> ViewBeam<'_> {
+        ViewBeam { record: &self.beams[index], segment: &self.beam_segments[index] }
     }
 
     /// Scattering events between the film and a visible point.
@@ -220,7 +242,10 @@ impl ViewPaths {
 
     /// Bytes of the beams and of what belongs to them.
     pub fn beam_bytes(&self) -> usize {
-        heap_bytes(&self.beams) + heap_bytes(&self.beam_distances) + self.tables.memory_bytes()
+        heap_bytes(&self.beams)
+            + heap_bytes(&self.beam_segments)
+            + heap_bytes(&self.beam_distances)
+            + self.tables.memory_bytes()
     }
 
     /// Bytes of the points and of what belongs to them.
@@ -246,6 +271,7 @@ impl ViewPaths {
             }
         }
         self.beams.append(&mut other.beams);
+        self.beam_segments.append(&mut other.beam_segments);
         self.points.append(&mut other.points);
         self.point_positions.append(&mut other.point_positions);
         self.beam_distances.append(&mut other.beam_distances);
@@ -531,11 +557,6 @@ impl<'a> Tracer<'a> {
             }
         };
         let beam = BeamRecord {
-            segment: Segment {
-                origin: v.origin.get(lane),
-                direction: v.direction.get(lane),
-                length: segment_length,
-            },
             throughput: path.throughput,
             pixel: self.pixels[lane],
             medium,
@@ -544,6 +565,11 @@ impl<'a> Tracer<'a> {
         };
         if self.is_receiver(&beam) {
             self.out.beams.push(beam);
+            self.out.beam_segments.push(Segment {
+                origin: v.origin.get(lane),
+                direction: v.direction.get(lane),
+                length: segment_length,
+            });
             self.out.beam_distances.push(path.distance + 0.5 * segment_length);
             self.out.counters.refracted_beams += u64::from(path.refracted);
         }

@@ -154,6 +154,12 @@ impl ApexGrid {
             .collect()
     }
 
+    /// A beam by its number, once the grid has numbered them.
+    #[inline]
+    pub fn segment(&self, place: u32) -> &Segment {
+        &self.beams[place as usize].segment
+    }
+
     /// As [`super::ViewBeamTree::query`], pairs of the same bits, in the order of the cells.
     #[inline]
     pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {

@@ -100,6 +100,9 @@ impl ViewBeamTree {
         let mut whole = Subtree::default();
         builder.grow(builder.root()).flatten(&mut whole);
         let stats = whole.count(kept);
+        whole.nodes.shrink_to_fit();
+        whole.leaves.shrink_to_fit();
+        whole.references.shrink_to_fit();
         Self {
             nodes: whole.nodes,
             leaves: whole.leaves,

@@ -26,7 +26,7 @@ pub use build::{BuildOptions, SplitAxis};
 
 use super::beam::Beam;
 use super::heap_bytes;
-use crate::math::Aabb;
+use crate::math::{Aabb, Segment};
 
 /// A kd-tree over segments that finds those within a radius of a point.
 ///
@@ -71,6 +71,20 @@ impl ViewBeamTree {
     /// Counts of beams, nodes, leaves and references.
     pub fn stats(&self) -> Stats {
         self.stats
+    }
+
+    /// Hands out the indices of the segments in the order of the curve, and numbers them in that order from now on.
+    pub fn take_order(&mut self) -> Vec<u32> {
+        (0..)
+            .zip(&mut self.beams)
+            .map(|(place, beam)| std::mem::replace(&mut beam.index, place))
+            .collect()
+    }
+
+    /// A segment by its number, once the tree has numbered them.
+    #[inline]
+    pub fn segment(&self, place: u32) -> &Segment {
+        &self.beams[place as usize].segment
     }
 
     /// Bytes on the heap.

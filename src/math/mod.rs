@@ -2,6 +2,7 @@
 
 mod aabb;
 mod approach;
+mod morton;
 mod octahedral;
 mod rgb;
 mod segment;
@@ -10,6 +11,7 @@ pub mod uniform;
 
 pub use aabb::Aabb;
 pub use approach::Approach;
+pub use morton::MortonCurve;
 pub use octahedral::Octahedral;
 pub use rgb::Rgb;
 pub use segment::Segment;

@@ -114,15 +114,28 @@ impl Gathering<'_> {
         }
     }
 
-    /// What the ends of these lanes' segments add.
+    /// What the ends of these lanes' segments add, one neighbour in space after another: most of the time goes by waiting for
+    /// memory, and what one photon has brought to the cache the next ones find there.
     pub fn lanes<S: Sink>(&self, v: &PhotonVertices, lanes: Range<usize>, out: &mut Gathered<S>) {
+        let (mut collisions, mut landings) = (Vec::new(), Vec::new());
         for lane in lanes {
             match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
-                Event::Medium(p) if self.wanted.medium => self.collision(&p, out),
-                Event::Surface(p) if self.wanted.surface => self.landing(&p, out),
+                Event::Medium(p) if self.wanted.medium => collisions.push(p),
+                Event::Surface(p) if self.wanted.surface => landings.push(p),
                 _ => {}
             }
         }
+        let receivers = self.target.receivers;
+        for_each_in_order(
+            &collisions,
+            |p| receivers.place_among_beams(p.position),
+            |p| self.collision(p, out),
+        );
+        for_each_in_order(
+            &landings,
+            |p| receivers.place_among_points(p.position),
+            |p| self.landing(p, out),
+        );
     }
 
     /// What these photon beams add.
@@ -164,4 +177,12 @@ impl Gathering<'_> {
             }
         });
     }
+}
+
+/// Visits photons by their places, those of one place in the order of the slice.
+fn for_each_in_order<P>(photons: &[P], place: impl Fn(&P) -> u32, visit: impl FnMut(&P)) {
+    let mut order: Vec<u64> =
+        (0..).zip(photons).map(|(index, p)| u64::from(place(p)) << 32 | index).collect();
+    order.sort_unstable();
+    order.into_iter().map(|key| &photons[key as u32 as usize]).for_each(visit);
 }

@@ -1,6 +1,8 @@
+use crate::math::{Aabb, MortonCurve};
 use crate::transport::memory::{HoldsReceivers, ReceiverMemory};
 use crate::transport::view::{ViewBeam, ViewPaths};
 use crate::tree::{ApexGrid, ViewBeamTree, ViewPointTree};
+use glam::Vec3;
 use rayon::join;
 
 /// What photons are shot at between two jitters: ray paths and the trees over them.
@@ -11,6 +13,8 @@ pub struct Receivers {
     /// Over all other beams, which follow those of the grid.
     beam_tree: ViewBeamTree,
     pub point_tree: ViewPointTree,
+    around_beams: MortonCurve,
+    around_points: MortonCurve,
 }
 
 impl Receivers {
@@ -35,17 +39,20 @@ impl Receivers {
     fn beside_grid(mut paths: ViewPaths, apex_grid: Option<ApexGrid>) -> Self {
         let in_grid = apex_grid.as_ref().map_or(0, ApexGrid::len);
         let (segments, positions) = (&paths.beam_segments[in_grid..], &paths.point_positions);
+        let ends = segments.iter().flat_map(|segment| [segment.origin, segment.at(segment.length)]);
+        let (around_beams, around_points) =
+            (curve_around(ends), curve_around(positions.iter().copied()));
         let (mut beam_tree, mut point_tree) =
             join(|| ViewBeamTree::build(segments), || ViewPointTree::build(positions));
         let in_tree = beam_tree.take_order().into_iter().map(|index| in_grid as u32 + index);
         paths.sort_beams(&(0..in_grid as u32).chain(in_tree).collect::<Vec<_>>());
         paths.sort_points(&point_tree.take_order());
-        Receivers { paths, apex_grid, beam_tree, point_tree }
+        Receivers { paths, apex_grid, beam_tree, point_tree, around_beams, around_points }
     }
 
     /// Calls `visit(index, t, distance_squared)` for every beam around a photon, see [`ViewBeamTree::query`].
     #[inline]
-    pub fn beams_around(&self, p: glam::Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {
+    pub fn beams_around(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {
         let mut in_grid = 0;
         if let Some(grid) = &self.apex_grid {
             grid.query(p, radius, &mut visit);
@@ -66,6 +73,21 @@ impl Receivers {
         ViewBeam { record, segment }
     }
 
+    /// Photons in a medium in this order find the same beams one after another.
+    #[inline]
+    pub fn place_among_beams(&self, p: Vec3) -> u32 {
+        match &self.apex_grid {
+            Some(grid) => grid.place(p),
+            None => self.around_beams.place(p),
+        }
+    }
+
+    /// Photons on surfaces in this order find the same points one after another.
+    #[inline]
+    pub fn place_among_points(&self, p: Vec3) -> u32 {
+        self.around_points.place(p)
+    }
+
     /// The tree over all beams, for photon beams.
     pub fn beam_tree(&self) -> &ViewBeamTree {
         assert!(self.apex_grid.is_none(), "these receivers were built for photon points");
@@ -83,6 +105,12 @@ impl HoldsReceivers for Receivers {
         let beams = grid + self.beam_tree.memory_bytes();
         ReceiverMemory::of(&self.paths, beams, self.point_tree.memory_bytes())
     }
+}
+
+fn curve_around(places: impl IntoIterator<Item = Vec3>) -> MortonCurve {
+    let mut bounds = Aabb::EMPTY;
+    places.into_iter().for_each(|p| bounds.grow(p));
+    MortonCurve::through(&bounds)
 }
 
 impl AsRef<ViewPaths> for Receivers {

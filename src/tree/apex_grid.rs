@@ -16,9 +16,18 @@ use super::heap_bytes;
 use crate::math::Segment;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 
-/// Beams per cell on average, and cells along an axis at most.
+/// Beams per cell on average, width of a cell over its height, and cells along an axis at most. Cells of a row are read in one
+/// go, so many narrow ones cost nothing, and few rows are sooner read than many.
 const BEAMS_PER_CELL: f64 = 1.0;
-const MAX_CELLS: f64 = 4096.0;
+const WIDTH_OVER_HEIGHT: f64 = 0.25;
+const MAX_CELLS: f64 = 8192.0;
+/// Slopes that are tested at once.
+const LANES: usize = 8;
+/// Beams that wait for their exact test.
+const WAITING: usize = 64;
+/// Share of a photon's distance by which the roundings of its place in the frame and of slopes may turn a line: twice the
+/// sum of six roundings of the place per coordinate and six of the cross product.
+const TURN: f32 = 32.0 * f32::EPSILON;
 /// Fewer beams are not worth a structure of their own.
 const FEW: usize = 64;
 /// Cosine to the axis below which slopes are too steep to be told apart in single precision.
@@ -46,6 +55,8 @@ pub struct ApexGrid {
     starts: Vec<u32>,
     /// By cell.
     beams: Vec<Beam>,
+    /// By axis, the slopes of the beams; and zeros, so that there are always [`LANES`].
+    slopes: [Vec<f32>; 2],
 }
 
 impl ApexGrid {
@@ -61,10 +72,11 @@ impl ApexGrid {
         let slack = slack(&beams, apex.as_dvec3())?;
         let axis = beams.iter().map(|(_, s)| s.direction.as_dvec3()).sum::<DVec3>().normalize();
         let (x, y) = axis.any_orthonormal_pair();
-        let to_frame = DMat3::from_cols(x, y, axis).transpose();
+        // Rounded once: beams and photons are turned by the same matrix.
+        let to_frame = DMat3::from_cols(x, y, axis).transpose().as_mat3();
         let mut slopes = Vec::with_capacity(beams.len());
         for (_, segment) in &beams {
-            let d = to_frame * segment.direction.as_dvec3();
+            let d = to_frame.as_dmat3() * segment.direction.as_dvec3();
             if d.z.is_nan() || d.z < MIN_COSINE {
                 return None;
             }
@@ -72,7 +84,7 @@ impl ApexGrid {
         }
         let mut grid = ApexGrid {
             apex,
-            to_frame: to_frame.as_mat3(),
+            to_frame,
             slack,
             max_origin: beams.iter().map(|(_, s)| s.origin.abs().max_element()).fold(0.0, f32::max),
             first: [0.0; 2],
@@ -80,13 +92,14 @@ impl ApexGrid {
             cells: [1; 2],
             starts: Vec::new(),
             beams: Vec::new(),
+            slopes: [Vec::new(), Vec::new()],
         };
         grid.lay_out(&slopes);
         grid.sort(&beams, &slopes);
         Some(grid)
     }
 
-    /// Chooses cells that are about square.
+    /// Chooses the cells.
     fn lay_out(&mut self, slopes: &[[f32; 2]]) {
         let bound = |axis: usize, from: f32, pick: fn(f32, f32) -> f32| {
             slopes.iter().map(|slope| slope[axis]).fold(from, pick)
@@ -95,8 +108,9 @@ impl ApexGrid {
         let high = [0, 1].map(|axis| bound(axis, f32::NEG_INFINITY, f32::max));
         let extent = [0, 1].map(|axis| f64::from(high[axis] - low[axis]).max(1e-6));
         let density = (slopes.len() as f64 / BEAMS_PER_CELL / (extent[0] * extent[1])).sqrt();
-        for axis in 0..2 {
-            self.cells[axis] = (extent[axis] * density).ceil().clamp(1.0, MAX_CELLS) as usize;
+        let stretch = WIDTH_OVER_HEIGHT.sqrt();
+        for (axis, per_slope) in [density / stretch, density * stretch].into_iter().enumerate() {
+            self.cells[axis] = (extent[axis] * per_slope).ceil().clamp(1.0, MAX_CELLS) as usize;
             self.first[axis] = low[axis];
             self.scale[axis] = (self.cells[axis] as f64 / extent[axis]) as f32;
         }
@@ -114,8 +128,11 @@ impl ApexGrid {
         let mut next = self.starts.clone();
         let (index, segment) = beams[0];
         self.beams = vec![Beam { segment, index }; beams.len()];
-        for (&cell, &(index, segment)) in cells.iter().zip(beams) {
-            self.beams[next[cell] as usize] = Beam { segment, index };
+        self.slopes = [(); 2].map(|()| vec![0.0; beams.len() + LANES]);
+        for ((&cell, &(index, segment)), slope) in cells.iter().zip(beams).zip(slopes) {
+            let place = next[cell] as usize;
+            self.beams[place] = Beam { segment, index };
+            (self.slopes[0][place], self.slopes[1][place]) = (slope[0], slope[1]);
             next[cell] += 1;
         }
     }
@@ -143,7 +160,9 @@ impl ApexGrid {
 
     /// Bytes on the heap.
     pub fn memory_bytes(&self) -> usize {
-        heap_bytes(&self.starts) + heap_bytes(&self.beams)
+        heap_bytes(&self.starts)
+            + heap_bytes(&self.beams)
+            + self.slopes.iter().map(heap_bytes).sum::<usize>()
     }
 
     /// Hands out the indices of the beams in the order of the cells, and numbers them in that order from now on.
@@ -160,6 +179,13 @@ impl ApexGrid {
         &self.beams[place as usize].segment
     }
 
+    /// The cell of the line through a point; photons in this order find the same beams one after another.
+    #[inline]
+    pub fn place(&self, p: Vec3) -> u32 {
+        let q = self.to_frame * (p - self.apex);
+        self.cell([q.x / q.z, q.y / q.z]) as u32
+    }
+
     /// As [`super::ViewBeamTree::query`], pairs of the same bits, in the order of the cells.
     #[inline]
     pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {
@@ -168,19 +194,47 @@ impl ApexGrid {
         }
         let rounding = 4.0 * f32::EPSILON * (p.abs().max_element() + self.max_origin + radius);
         let reach = (radius + self.slack + rounding) * (1.0 + WIDER);
-        let Some([columns, rows]) = self.seen(self.to_frame * (p - self.apex), reach) else {
+        let q = self.to_frame * (p - self.apex);
+        let Some([columns, rows]) = self.seen(q, reach) else {
             return;
         };
+        let ball = Ball::new(q, reach);
         let radius_squared = radius * radius;
-        for row in rows[0]..=rows[1] {
-            let first = self.starts[row * self.cells[0] + columns[0]] as usize;
-            let end = self.starts[row * self.cells[0] + columns[1] + 1] as usize;
-            for beam in &self.beams[first..end] {
+        let mut judge = |near: &[u32]| {
+            for &place in near {
+                let beam = &self.beams[place as usize];
                 if let Some((t, distance_squared)) = beam.pair(p, radius_squared) {
                     visit(beam.index, t, distance_squared);
                 }
             }
+        };
+        let (mut near, mut waiting) = ([0; WAITING], 0);
+        for row in rows[0]..=rows[1] {
+            let mut first = self.starts[row * self.cells[0] + columns[0]] as usize;
+            let end = self.starts[row * self.cells[0] + columns[1] + 1] as usize;
+            while first < end {
+                let left = LANES.min(end - first);
+                let touched = ball.touches(self.slopes_from(first)) & ((1 << left) - 1);
+                let lanes = &SET_LANES[touched as usize % SET_LANES.len()];
+                let free = &mut near[waiting..waiting + LANES];
+                for (place, lane) in free.iter_mut().zip(lanes) {
+                    *place = first as u32 + lane;
+                }
+                waiting += touched.count_ones() as usize;
+                if waiting > WAITING - LANES {
+                    judge(&near[..waiting]);
+                    waiting = 0;
+                }
+                first += LANES;
+            }
         }
+        judge(&near[..waiting]);
+    }
+
+    #[inline]
+    fn slopes_from(&self, first: usize) -> [&[f32; LANES]; 2] {
+        let lanes = |axis: usize| self.slopes[axis][first..].first_chunk();
+        [0, 1].map(|axis| lanes(axis).expect("slopes are followed by as many zeros"))
     }
 
     /// First and last column and row of the lines that a ball touches, by its middle in the frame; none where it touches no
@@ -210,6 +264,9 @@ impl ApexGrid {
 
     /// Checks every invariant that a query relies on and describes the first violation.
     pub fn validate(&self) -> Result<(), String> {
+        if self.slopes.iter().any(|slopes| slopes.len() != self.beams.len() + LANES) {
+            return Err("slopes are not as many as beams and lanes".into());
+        }
         if self.starts.len() != self.cells[0] * self.cells[1] + 1
             || self.starts.first() != Some(&0)
             || self.starts.last().map(|&end| end as usize) != Some(self.beams.len())
@@ -220,14 +277,15 @@ impl ApexGrid {
             if self.starts[cell] > self.starts[cell + 1] {
                 return Err(format!("cell {cell} ends before it starts"));
             }
-            for beam in &self.beams[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-                self.check(cell, &beam.segment)?;
+            for place in self.starts[cell] as usize..self.starts[cell + 1] as usize {
+                self.check(cell, place)?;
             }
         }
         Ok(())
     }
 
-    fn check(&self, cell: usize, segment: &Segment) -> Result<(), String> {
+    fn check(&self, cell: usize, place: usize) -> Result<(), String> {
+        let segment = &self.beams[place].segment;
         let d = self.to_frame.as_dmat3() * segment.direction.as_dvec3();
         let slope = [(d.x / d.z) as f32, (d.y / d.z) as f32];
         let (column, row) = (cell % self.cells[0], cell / self.cells[0]);
@@ -237,6 +295,10 @@ impl ApexGrid {
                 .contains(&at)
         };
         let (beside, behind) = offsets(segment, self.apex.as_dvec3());
+        let stored = [0, 1].map(|axis| self.slopes[axis][place]);
+        if stored != slope {
+            return Err(format!("a beam of slope {slope:?} is listed with {stored:?}"));
+        }
         if !(near(0, column) && near(1, row)) {
             return Err(format!("a beam of slope {slope:?} lies in cell {column}, {row}"));
         }
@@ -248,6 +310,53 @@ impl ApexGrid {
         Ok(())
     }
 }
+
+/// The ball around a photon, in the frame, wide enough for roundings.
+struct Ball {
+    middle: Vec3,
+    radius_squared: f32,
+}
+
+impl Ball {
+    #[inline]
+    fn new(middle: Vec3, reach: f32) -> Self {
+        let radius = (reach + TURN * middle.length()) * (1.0 + WIDER);
+        Ball { middle, radius_squared: radius * radius }
+    }
+
+    /// A bit for each line through the origin that touches the ball: with `d = (x, y, 1)`, `|middle × d| <= radius · |d|`.
+    #[inline]
+    fn touches(&self, [x, y]: [&[f32; LANES]; 2]) -> u32 {
+        let q = self.middle;
+        let touches: [bool; LANES] = std::array::from_fn(|lane| {
+            let (x, y) = (x[lane], y[lane]);
+            let across = [q.y - q.z * y, q.z * x - q.x, q.x * y - q.y * x];
+            let distance_squared =
+                across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
+            distance_squared <= self.radius_squared * (1.0 + x * x + y * y)
+        });
+        let bit = |(lane, &touches): (usize, &bool)| u32::from(touches) << lane;
+        touches.iter().enumerate().map(bit).fold(0, |mask, bit| mask | bit)
+    }
+}
+
+/// For each set of lanes, those in it, in order, before the others' zeros.
+static SET_LANES: [[u32; LANES]; 1 << LANES] = {
+    let mut sets = [[0; LANES]; 1 << LANES];
+    let mut set = 0;
+    while set < sets.len() {
+        let (mut lane, mut count) = (0, 0);
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                sets[set][count] = lane as u32;
+                count += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    sets
+};
 
 /// Slopes of the two lines through the origin that touch a circle; none where it reaches the plane of the origin.
 #[inline]

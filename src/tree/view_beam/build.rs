@@ -2,8 +2,7 @@ use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{Beam, Leaf, Node, Stats, ViewBeamTree};
-use crate::math::Aabb;
-use crate::math::Segment;
+use crate::math::{Aabb, MortonCurve, Segment};
 use crate::tree::MAX_DEPTH;
 
 /// Nodes with more pieces than this are divided by several threads. Fixed, so that the tree does
@@ -141,19 +140,12 @@ fn collect_beams(segments: &[Segment]) -> (Vec<Beam>, Stats) {
 
 /// Sorts by the cells of a grid that the middles lie in; an error in a cell costs speed alone.
 fn sort_along_curve(beams: &[Beam], middles: &Aabb) -> Vec<Beam> {
-    const CELLS: f32 = 1024.0;
-    let scale = CELLS / middles.extent();
+    let curve = MortonCurve::through(middles);
     let mut order: Vec<u64> = beams
         .par_iter()
         .enumerate()
         .map(|(position, beam)| {
-            // A flat box divides by zero; the cast sends NaN to 0 and what is too large to the last
-            // cell.
-            let cell = (middle(&beam.segment) - middles.min) * scale;
-            let code = interleave(cell.x as u32)
-                | interleave(cell.y as u32) << 1
-                | interleave(cell.z as u32) << 2;
-            u64::from(code) << 32 | position as u64
+            u64::from(curve.place(middle(&beam.segment))) << 32 | position as u64
         })
         .collect();
     order.par_sort_unstable();
@@ -162,15 +154,6 @@ fn sort_along_curve(beams: &[Beam], middles: &Aabb) -> Vec<Beam> {
 
 fn middle(segment: &Segment) -> Vec3 {
     segment.at(0.5 * segment.length)
-}
-
-/// Spreads the bits of `x`, at most ten after clamping, to every third place.
-fn interleave(x: u32) -> u32 {
-    let x = x.min(1023);
-    let x = (x | x << 16) & 0x0300_00ff;
-    let x = (x | x << 8) & 0x0300_f00f;
-    let x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
 }
 
 /// The part of a beam inside a cell: each `t` of the beam with `at(t)` in the cell lies in `[start,

@@ -51,6 +51,15 @@ Vertices per second of photon walks, one thread: through the seam (batches, C AB
 
 TEXT
     measured 'cargo bench --bench photon_walk'
+    cat <<'TEXT'
+## Passes
+
+Passes of 100,000 photons per second, preset `paper`; in brackets for how many passes view beams stay (baselines trace new ones in
+each). Below, two threads against one, and what of a render with the default preset goes into trees.
+
+TEXT
+    measured 'cargo bench --bench passes -- scalar_rgb'
+    measured 'cargo bench --bench passes -- llvm_ad_rgb'
     cat <<TEXT
 ## Queries
 

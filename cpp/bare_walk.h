@@ -1,5 +1,6 @@
 // The yardstick of the seam: the same photon walks as `PhotonWalk`, one at a time, in a plain loop of
-// Mitsuba calls with Mitsuba's own random numbers, no batches and no outputs.
+// Mitsuba calls with Mitsuba's own random numbers, no batches and no outputs. Right for grey media and for surfaces
+// without shading normals.
 #pragma once
 
 #include "roulette.h"
@@ -49,7 +50,7 @@ uint64_t bare_walks(const Scene<Float, Spectrum> *scene, const SceneTables<Float
                 flux *= unpolarized_spectrum(value);
                 ++depth;
             } else if (si.is_valid()) {
-                BSDFPtr bsdf = si.bsdf(ray);
+                BSDFPtr bsdf = si.bsdf();
                 auto [bs, value] = bsdf->sample(bsdf_context, si, next(), Point2f(next(), next()), true);
                 ray = si.spawn_ray(si.to_world(bs.wo));
                 flux *= unpolarized_spectrum(value);

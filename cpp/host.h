@@ -213,8 +213,11 @@ private:
         }
     }
 
-    // No C++ exception crosses the C ABI: it becomes a status and a sentence.
+    // No C++ exception crosses the C ABI: it becomes a status and a sentence. Denormals are zero: Dr.Jit's vectors of
+    // three have a fourth lane, and what memory held there before (pointers, say) is denormal often enough to slow
+    // walks by a fifth.
     template <typename Body> static int32_t guarded(Body &&body) noexcept {
+        dr::scoped_flush_denormals flushes(true);
         try {
             body();
             return 0;

@@ -37,9 +37,12 @@ public:
     PhotonWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, uint32_t lanes,
                const float *numbers, const VptRules &rules)
         : m_scene(scene), m_tables(tables), m_rules(rules), m_walks(element_count<Float>(lanes)) {
-        for (size_t e = 0; e < m_walks.size(); ++e)
+        size_t kept = 0;
+        for (size_t e = 0; e < m_walks.size(); ++e) {
             emit(sensor, numbers, lanes, m_walks[e], e);
-        drop_finished(lanes);
+            keep(e, kept);
+        }
+        drop_finished(lanes, kept);
     }
 
     uint32_t lanes() const { return m_lanes; }
@@ -67,14 +70,16 @@ public:
             return;
         }
         Writer<Float> writer(n);
+        size_t kept = 0;
         for (size_t e = 0; e < m_walks.size(); ++e) {
             Numbers u{ read<Float>(numbers, n, e), read<Float>(numbers + n, n, e),
                        Point2f(read<Float>(numbers + 2 * n, n, e), read<Float>(numbers + 3 * n, n, e)),
                        read<Float>(numbers + 4 * n, n, e) };
             step(m_walks[e], u, out, writer, e);
+            keep(e, kept);
         }
         writer.schedule();
-        drop_finished(n);
+        drop_finished(n, kept);
         writer.flush();
     }
 
@@ -118,7 +123,7 @@ private:
                 "Photon walks");
             m_walks[0] = walk;
             slots.schedule();
-            drop_finished(n);
+            drop_finished(n, 1);
             slots.flush();
         } else {
             DRJIT_MARK_USED(numbers);
@@ -165,7 +170,7 @@ private:
 
         SurfaceInteraction3f si = m_scene->ray_intersect(w.ray, w.active);
         put_start(w, out, writer, e);
-        Flight flight = fly(w, si, u);
+        Flight flight = fly(w, si.t, u);
         Mask collided = flight.collided, surface = w.active && !collided && si.is_valid();
         w.flux = flight.flux;
         w.density = flight.density;
@@ -174,12 +179,14 @@ private:
         BSDFPtr bsdf = nullptr;
         Mask receives = false;
         if (dr::any_or<true>(surface)) {
-            bsdf = si.bsdf(w.ray);
+            bsdf = si.bsdf(); // photons have no differentials
             if (simulates(VPT_EFFECT_SURFACE_GATHERING))
                 receives = surface && has_flag(dr::select(surface, bsdf->flags(), 0u), BSDFFlags::Smooth);
         }
         Point3f position = dr::select(collided, flight.mei.p, si.p);
-        UnpolarizedSpectrum flux = w.flux * dr::select(receives, shading_ratio(si), 1.f);
+        UnpolarizedSpectrum flux = w.flux;
+        if (dr::any_or<true>(receives))
+            flux *= dr::select(receives, shading_ratio(si), 1.f);
 
         UInt32 event = dr::select(collided, UInt32(VPT_PHOTON_MEDIUM),
                                   dr::select(receives, UInt32(VPT_PHOTON_SURFACE), UInt32(VPT_PHOTON_NONE)));
@@ -226,10 +233,7 @@ private:
     // the flight ends), and for one seed they are continuous in the step's own, modulo 1.
     struct FlightNumbers {
         Float flight, lobe;
-        UInt32 key;
-
-        FlightNumbers(const Numbers &u, const Walk &w)
-            : flight(u.flight), lobe(u.lobe), key(sample_tea_32(w.seed, w.steps).second) {}
+        UInt32 seed, steps;
 
         // For the distance after as many null collisions.
         Float distance(const UInt32 &event) const { return shifted(flight, 2u * event); }
@@ -237,31 +241,47 @@ private:
         Float acceptance(const UInt32 &event) const { return shifted(lobe, 2u * event + 1u); }
 
     private:
-        // Below 1: the sum is below 2, since a hash has 23 bits and so is at most 1 - 2^-23.
+        // Below 1: the sum is below 2, since a hash has 23 bits and so is at most 1 - 2^-23. A seed has 24 bits, and
+        // what is hashed differs for the first 2^20 steps and numbers of each.
         Float shifted(const Float &number, const UInt32 &index) const {
-            Float sum = number + sample_tea_float32<UInt32>(key, index);
+            Float sum = number + sample_tea_float32<UInt32>(seed + (steps << 24), index + ((steps >> 8) << 20));
             return dr::select(sum >= 1.f, sum - 1.f, sum);
         }
     };
 
     // Delta tracking to the next real collision or to the surface.
-    Flight fly(const Walk &w, const SurfaceInteraction3f &si, const Numbers &u) const {
-        Flight f{ dr::zeros<MediumInteraction3f>(dr::width(w.flux)), w.ray, si.t, w.flux, w.density,
-                  0u, u.flight, w.active && w.medium != nullptr, false };
-        if (!simulates(VPT_EFFECT_MEDIUM_SAMPLING)) {
-            f.active = false;
+    Flight fly(const Walk &w, const Float &surface, const Numbers &u) const {
+        Flight f;
+        f.ray = w.ray;
+        f.remaining = surface;
+        f.flux = w.flux;
+        f.density = w.density;
+        f.event = 0u;
+        f.sample = u.flight;
+        f.active = simulates(VPT_EFFECT_MEDIUM_SAMPLING) && w.active && w.medium != nullptr;
+        f.collided = false;
+        // A scalar reads its position alone where nothing collides: zeros for all cost as much as a square root.
+        if constexpr (Jit)
+            f.mei = dr::zeros<MediumInteraction3f>(dr::width(w.flux));
+        else
+            f.mei.p = Point3f(0.f);
+        if (!simulates(VPT_EFFECT_MEDIUM_SAMPLING))
             return f;
-        }
         if (dr::none_or<false>(f.active))
             return f;
-        FlightNumbers numbers(u, w);
+        FlightNumbers numbers{ u.flight, u.lobe, w.seed, w.steps };
         MediumPtr medium = w.medium;
         UInt32 channel = w.channel;
         bool coloured = simulates(VPT_EFFECT_COLOURED_EXTINCTION);
-        dr::tie(f) = dr::while_loop(
-            dr::make_tuple(f), [](const Flight &f) { return f.active; },
-            [medium, channel, coloured, numbers](Flight &f) { collide(f, medium, channel, coloured, numbers); },
-            "Free flight");
+        if constexpr (Jit) {
+            dr::tie(f) = dr::while_loop(
+                dr::make_tuple(f), [](const Flight &f) { return f.active; },
+                [medium, channel, coloured, numbers](Flight &f) { collide(f, medium, channel, coloured, numbers); },
+                "Free flight");
+        } else { // without a copy of the state
+            while (f.active)
+                collide(f, medium, channel, coloured, numbers);
+        }
         return f;
     }
 
@@ -271,8 +291,11 @@ private:
         Mask inside = f.active && f.mei.is_valid() && f.mei.t < f.remaining;
         Float majorant = component(f.mei.combined_extinction, channel),
               sigma_t = component(f.mei.sigma_t, channel);
-        Mask real = inside && numbers.acceptance(f.event) * majorant < sigma_t,
-             null = inside && !real;
+        // Where nothing but matter is met, whatever the number.
+        Mask real = inside && sigma_t > 0.f && sigma_t >= majorant, null = inside && !real;
+        if (dr::any_or<true>(null))
+            real |= null && numbers.acceptance(f.event) * majorant < sigma_t;
+        null &= !real;
 
         if (coloured)
             weigh_channels(f, medium, channel, inside, real, null, majorant, sigma_t);
@@ -282,7 +305,8 @@ private:
         dr::masked(f.ray.o, null) = f.mei.p;
         dr::masked(f.remaining, null) = f.remaining - f.mei.t;
         f.event += 1u;
-        f.sample = numbers.distance(f.event);
+        if (dr::any_or<true>(null))
+            f.sample = numbers.distance(f.event);
         f.collided |= real;
         f.active = null && f.remaining > 0.f;
     }
@@ -347,14 +371,11 @@ private:
         Vector3f wo = si.to_world(bs.wo);
         Mask null = has_flag(bs.sampled_type, BSDFFlags::Null);
 
-        // Adjoint of shading normals. [Veach 1997 (5.19)] A mesh may be wound against its own vertex normals: those count.
+        // A mesh may be wound against its own vertex normals: those count.
         Normal3f n = dr::mulsign(si.n, dr::dot(si.n, si.sh_frame.n));
-        Float in_geometric = dr::dot(n, -direction), out_geometric = dr::dot(n, wo),
-              in_shading = Frame3f::cos_theta(si.wi), out_shading = Frame3f::cos_theta(bs.wo);
-        Mask leaks = in_geometric * in_shading <= 0.f || out_geometric * out_shading <= 0.f;
-        Float correction = dr::abs((in_shading * out_geometric) / (out_shading * in_geometric));
-        Mask flat = dr::dot(n, si.sh_frame.n) > 1.f - 1e-6f;
-        weight *= dr::select(null || flat, 1.f, dr::select(leaks, 0.f, correction));
+        Mask bent = active && !null && !(dr::dot(n, si.sh_frame.n) > 1.f - 1e-6f);
+        if (dr::any_or<true>(bent))
+            dr::masked(weight, bent) *= adjoint_of_shading(si, n, -direction, wo, Frame3f::cos_theta(bs.wo));
 
         Ray3f next = si.spawn_ray(wo);
         dr::masked(w.ray, active) = next;
@@ -364,6 +385,15 @@ private:
             dr::masked(w.medium, transition) = si.target_medium(next.d);
         scattered |= active && !null;
         alive |= active && bs.pdf > 0.f;
+    }
+
+    // [Veach 1997 (5.19)] `n` is the geometric normal on the side of the shading normal.
+    static Float adjoint_of_shading(const SurfaceInteraction3f &si, const Normal3f &n, const Vector3f &wi,
+                                    const Vector3f &wo, const Float &out_shading) {
+        Float in_geometric = dr::dot(n, wi), out_geometric = dr::dot(n, wo), in_shading = Frame3f::cos_theta(si.wi);
+        Mask leaks = in_geometric * in_shading <= 0.f || out_geometric * out_shading <= 0.f;
+        Float correction = dr::abs((in_shading * out_geometric) / (out_shading * in_geometric));
+        return dr::select(leaks, 0.f, correction);
     }
 
     // Depth, Russian roulette, and the end of walks that nothing can see any more.
@@ -377,13 +407,24 @@ private:
         dr::masked(w.flux, roulette) *= dr::rcp(q);
     }
 
-    // Keeps the walks that go on, in their order.
-    void drop_finished(size_t lanes) {
-        if constexpr (Jit) {
-            if (m_walks.empty()) {
-                m_lanes = 0;
+    // Walks that go on move up in their order, while they are in the cache; a wide element holds all of them.
+    void keep(size_t e, size_t &kept) {
+        if constexpr (!Jit) {
+            if (!m_walks[e].active)
                 return;
-            }
+            if (kept != e)
+                m_walks[kept] = m_walks[e];
+        }
+        ++kept;
+    }
+
+    // Drops all walks but those that were kept.
+    void drop_finished(size_t lanes, size_t kept) {
+        m_walks.resize(kept);
+        m_lanes = (uint32_t) kept;
+        if constexpr (Jit) {
+            if (m_walks.empty())
+                return;
             Walk &walk = m_walks[0];
             walk.active &= dr::full<Mask>(true, lanes);
             dr::eval(walk);
@@ -393,10 +434,6 @@ private:
                 m_walks.clear();
             else if (m_lanes < lanes)
                 walk = dr::gather<Walk>(walk, alive);
-        } else {
-            auto finished = [](const Walk &walk) { return !walk.active; };
-            m_walks.erase(std::remove_if(m_walks.begin(), m_walks.end(), finished), m_walks.end());
-            m_lanes = (uint32_t) m_walks.size();
         }
     }
 

@@ -474,6 +474,7 @@ int32_t vpt_scene_bare_walks(void *scene_, uint32_t sensor, uint64_t walks, uint
         if (!scene)
             Throw("bare walks need the variant scalar_rgb, but the scene was loaded in \"%s\"", loaded->variant);
         vpt::SceneTables<float, Rgb> tables(scene, scene->sensors()[sensor].get());
+        dr::scoped_flush_denormals flushes(true); // as the seam does
         *vertices = vpt::bare_walks(scene, tables, walks, max_depth, rr_depth);
     });
 }

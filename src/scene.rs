@@ -239,7 +239,10 @@ impl Batching {
             Batch { number, first, lanes: (lanes - first).min(self.lanes as u64) as usize }
         };
         if self.concurrent {
-            numbers.into_par_iter().map(|number| run(batch(number))).collect()
+            // One by one: a thread that took several would leave the others idle at the end.
+            let count = (numbers.end - numbers.start) as usize;
+            let one_by_one = (0..count).into_par_iter().with_max_len(1);
+            one_by_one.map(|index| run(batch(numbers.start + index as u64))).collect()
         } else {
             numbers.map(|number| run(batch(number))).collect()
         }

@@ -1,0 +1,145 @@
+//! What a pass costs: the paper's methods against the baselines at equal photons and view beams, two threads against one, and
+//! the share of a render that goes into trees. Prints tables; measures nothing else.
+//!
+//! Contestants take turns, so that drift of the machine hits both alike; the tables hold medians over the turns and the
+//! quartiles of their ratios. `cargo bench --bench passes -- llvm_ad_rgb` measures in another variant.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::path::Path;
+use std::time::Instant;
+use vpt::host::session::{LoadedScene, SceneFile, Session};
+use vpt::method::{self, Method, Parameters, PhaseSeconds, Preset, Progressive};
+use vpt::scene::Scene;
+
+const SCENES: [&str; 3] = ["cornell_fog", "window_room", "smoke"];
+const TURNS: usize = 9;
+/// Passes of a turn: those that the paper's preset shoots at one set of view beams.
+const PASSES: u32 = 4;
+
+fn main() {
+    // Cargo passes arguments of its own.
+    let variant = std::env::args().find(|argument| argument.ends_with("_rgb"));
+    let session = Session::start(variant.as_deref(), None, 0).expect("Mitsuba starts");
+    println!("{}, 160x160, {} threads", session.variant(), rayon::current_num_threads());
+    let scenes = SCENES.map(|name| (name, load(&session, name)));
+    against_baselines(&scenes);
+    if session.variant().starts_with("scalar") {
+        against_one_thread(&scenes);
+    }
+    trees(&scenes);
+}
+
+fn load<'a>(session: &'a Session, name: &str) -> LoadedScene<'a> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("mitsuba_scenes").join(name);
+    let size = |axis: &str| (axis.to_owned(), "160".to_owned());
+    let defines = vec![size("resx"), size("resy")];
+    let file = SceneFile { path: folder.join("scene.xml"), defines, ..SceneFile::default() };
+    session.load(&file).expect("the scene loads")
+}
+
+/// The paper's preset. View beams that stay for several passes are half of its advantage: with `jitter_every` 1 the method
+/// traces as many as a baseline.
+fn paper(loaded: &LoadedScene, method: Method, jitter_every: u32) -> Parameters {
+    let limits = loaded.parameters(0).expect("the parameters are right").limits;
+    Parameters {
+        method,
+        jitter_every,
+        limits,
+        passes: u32::MAX,
+        estimate_error: false,
+        ..Preset::Paper.parameters()
+    }
+}
+
+fn against_baselines(scenes: &[(&str, LoadedScene)]) {
+    println!("\n{:<28} {:>12} {:>12}  ratio", "passes per second", "method", "baseline");
+    for (name, loaded) in scenes {
+        let lent = loaded.lend(0).expect("the scene is lent");
+        let begin = |parameters| begin(lent.scene(), &parameters);
+        for (method, baseline) in [(Method::Ppt, Method::Apa), (Method::Ppbt, Method::Ppb)] {
+            for jitter_every in [PASSES, 1] {
+                let mut first = begin(paper(loaded, method, jitter_every));
+                let mut second = begin(paper(loaded, baseline, 1));
+                let turns =
+                    by_turns(|| [passes_per_second(&mut first), passes_per_second(&mut second)]);
+                let (method, baseline) = (method.name(), baseline.name());
+                print_row(&format!("{name} {method}({jitter_every}) {baseline}"), &turns);
+            }
+        }
+    }
+}
+
+/// Every turn renders anew, since a render stays with the threads that it began with.
+fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
+    let pools = [2, 1].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build());
+    let [two, one] = pools.map(|pool| pool.expect("threads start"));
+    println!("\n{:<28} {:>12} {:>12}  ratio", "passes per second", "2 threads", "1 thread");
+    for (name, loaded) in scenes {
+        let lent = loaded.lend(0).expect("the scene is lent");
+        let scene = lent.scene();
+        for method in [Method::Ppt, Method::Ppbt] {
+            let parameters = paper(loaded, method, PASSES);
+            let on = |pool: &ThreadPool| {
+                pool.install(|| passes_per_second(&mut begin(scene, &parameters)))
+            };
+            print_row(&format!("{name} {}", method.name()), &by_turns(|| [on(&two), on(&one)]));
+        }
+    }
+}
+
+fn trees(scenes: &[(&str, LoadedScene)]) {
+    println!("\n{:<28} {:>12} {:>12}  share", "default preset", "trees", "render");
+    for (name, loaded) in scenes {
+        for method in [Method::Ppt, Method::Ppbt] {
+            let own = loaded.parameters(0).expect("the parameters are right");
+            let parameters = Parameters { method, passes: 16, ..own };
+            let lent = loaded.lend(0).expect("the scene is lent");
+            let mut render = begin(lent.scene(), &parameters);
+            for _ in 0..parameters.passes {
+                render.advance().expect("a pass");
+            }
+            let PhaseSeconds { view, trees, photons, film } = render.phase_seconds();
+            let whole = view + trees + photons + film;
+            println!(
+                "{:<28} {:>10.1}ms {:>10.1}ms  {:.3}",
+                format!("{name} {}", method.name()),
+                1e3 * trees,
+                1e3 * whole,
+                trees / whole
+            );
+        }
+    }
+}
+
+fn begin<'a>(scene: &'a dyn Scene, parameters: &Parameters) -> Box<dyn Progressive + 'a> {
+    method::begin(scene, parameters).expect("it begins")
+}
+
+/// What turns measure, the first of them left out.
+fn by_turns(mut turn: impl FnMut() -> [f64; 2]) -> Vec<[f64; 2]> {
+    turn();
+    (0..TURNS).map(|_| turn()).collect()
+}
+
+fn passes_per_second(render: &mut Box<dyn Progressive + '_>) -> f64 {
+    let clock = Instant::now();
+    for _ in 0..PASSES {
+        render.advance().expect("a pass");
+    }
+    f64::from(PASSES) / clock.elapsed().as_secs_f64()
+}
+
+fn print_row(name: &str, turns: &[[f64; 2]]) {
+    let quantile = |mut values: Vec<f64>, share: f64| {
+        values.sort_by(f64::total_cmp);
+        values[(share * (values.len() - 1) as f64).round() as usize]
+    };
+    let of = |which: usize| turns.iter().map(|turn| turn[which]).collect::<Vec<_>>();
+    let ratios: Vec<f64> = turns.iter().map(|[first, second]| first / second).collect();
+    let [low, middle, high] = [0.25, 0.5, 0.75].map(|share| quantile(ratios.clone(), share));
+    println!(
+        "{name:<28} {:>12.2} {:>12.2}  {middle:.2} ({low:.2} to {high:.2})",
+        quantile(of(0), 0.5),
+        quantile(of(1), 0.5)
+    );
+}

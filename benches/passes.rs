@@ -12,7 +12,10 @@ use vpt::method::{self, Method, Parameters, PhaseSeconds, Preset, Progressive};
 use vpt::scene::Scene;
 
 const SCENES: [&str; 3] = ["cornell_fog", "window_room", "smoke"];
-const TURNS: usize = 9;
+const TURNS: usize = 5;
+/// Photons of a pass, where they are points and where they are beams.
+const POINTS: u64 = 100_000;
+const BEAMS: u64 = 20_000;
 /// Passes of a turn: those that the paper's preset shoots at one set of view beams.
 const PASSES: u32 = 4;
 
@@ -44,6 +47,7 @@ fn paper(loaded: &LoadedScene, method: Method, jitter_every: u32) -> Parameters 
     Parameters {
         method,
         jitter_every,
+        photons: if matches!(method, Method::Ppt | Method::Apa) { POINTS } else { BEAMS },
         limits,
         passes: u32::MAX,
         estimate_error: false,

@@ -54,7 +54,7 @@ TEXT
     cat <<'TEXT'
 ## Passes
 
-Passes of 100,000 photons per second, preset `paper`; in brackets for how many passes view beams stay (baselines trace new ones in
+Passes per second, of 100,000 photon points or 20,000 walks of photon beams, preset `paper`; in brackets for how many passes view beams stay (baselines trace new ones in
 each). Below, two threads against one, and what of a render with the default preset goes into trees.
 
 TEXT

@@ -108,7 +108,9 @@ impl UniformShooter {
     fn plan_round(&mut self, deposits: &[Deposits]) {
         let total: usize = deposits.iter().map(Deposits::count).sum();
         let per_batch = total.div_ceil(deposits.len().max(1)).max(1);
-        self.batches_per_round =
-            ((DEPOSITS_PER_ROUND / per_batch) as u64).clamp(1, BATCHES_PER_ROUND);
+        // No thread is left without a batch; how many there are in a round changes nothing but memory.
+        let threads = rayon::current_num_threads() as u64;
+        self.batches_per_round = ((DEPOSITS_PER_ROUND / per_batch) as u64)
+            .clamp(threads, BATCHES_PER_ROUND.max(threads));
     }
 }

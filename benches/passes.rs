@@ -40,7 +40,7 @@ fn load<'a>(session: &'a Session, name: &str) -> LoadedScene<'a> {
     session.load(&file).expect("the scene loads")
 }
 
-/// The paper's preset. View beams that stay for several passes are half of its advantage: with `jitter_every` 1 the method
+/// The paper's preset. View beams that stay for several passes are part of its advantage: with `jitter_every` 1 the method
 /// traces as many as a baseline.
 fn paper(loaded: &LoadedScene, method: Method, jitter_every: u32) -> Parameters {
     let limits = loaded.parameters(0).expect("the parameters are right").limits;

@@ -7,10 +7,10 @@ use crate::transport::view::ViewPaths;
 
 /// Pairs of neighbouring pixels that are probed.
 const PROBES: usize = 256;
-/// First radii in pixel footprints: a disk of some 14 pixels on surfaces, a cylinder of some 28 in
+/// First radii in pixel footprints: a disk of some 8 pixels on surfaces, a cylinder of some 16 in
 /// media, where photons are sparser.
-const SURFACE_PIXELS: f32 = 2.1;
-const MEDIUM_PIXELS: f32 = 3.0;
+const SURFACE_PIXELS: f32 = 1.6;
+const MEDIUM_PIXELS: f32 = 2.25;
 /// Radius in roundings of a coordinate at which a disk holds as many lattice points as its area says, within 2 %.
 const RESOLVED_ROUNDINGS: f32 = 8.0;
 /// What a radius falls back on where the camera sees no receiver: this share of the scene's diagonal.

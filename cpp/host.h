@@ -239,11 +239,19 @@ private:
     static int32_t c_describe(void *c, VptDescription *out) {
         return guarded([&] { *out = self(c)->describe(); });
     }
-    static int32_t c_view_rays(void *c, const VptViewRequest *request, void **walk) {
-        return guarded([&] { *walk = new View(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, *request); });
+    static int32_t c_view_rays(void *c, const VptViewRequest *request, void **walk, uint32_t *alive) {
+        return guarded([&] {
+            auto *view = new View(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, *request);
+            *walk = view;
+            *alive = view->lanes();
+        });
     }
-    static int32_t c_view_step(void *, void *walk, const float *numbers, const VptViewVertices *out) {
-        return guarded([&] { static_cast<View *>(walk)->step(numbers, *out); });
+    static int32_t c_view_step(void *, void *walk, uint32_t steps, const float *numbers, const VptViewVertices *out,
+                               uint32_t *alive) {
+        return guarded([&] {
+            static_cast<View *>(walk)->step(steps, numbers, *out);
+            *alive = static_cast<View *>(walk)->lanes();
+        });
     }
     static void c_view_free(void *, void *walk) {
         guarded([&] { delete static_cast<View *>(walk); });

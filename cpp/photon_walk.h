@@ -3,6 +3,7 @@
 
 #include "roulette.h"
 #include "slots.h"
+#include "survivors.h"
 #include "tables.h"
 
 namespace vpt {
@@ -40,9 +41,9 @@ public:
         size_t kept = 0;
         for (size_t e = 0; e < m_walks.size(); ++e) {
             emit(sensor, numbers, lanes, m_walks[e], e);
-            keep(e, kept);
+            keep<Float>(m_walks, e, kept);
         }
-        drop_finished(lanes, kept);
+        m_lanes = drop_finished<Float>(m_walks, lanes, kept);
     }
 
     uint32_t lanes() const { return m_lanes; }
@@ -76,10 +77,10 @@ public:
                        Point2f(read<Float>(numbers + 2 * n, n, e), read<Float>(numbers + 3 * n, n, e)),
                        read<Float>(numbers + 4 * n, n, e) };
             step(m_walks[e], u, out, writer, e);
-            keep(e, kept);
+            keep<Float>(m_walks, e, kept);
         }
         writer.schedule();
-        drop_finished(n, kept);
+        m_lanes = drop_finished<Float>(m_walks, n, kept);
         writer.flush();
     }
 
@@ -105,7 +106,10 @@ private:
             UInt32 lanes = dr::opaque<UInt32>((uint32_t) n), end = dr::opaque<UInt32>(steps),
                    lane = dr::arange<UInt32>(n);
             Float all = dr::load<Float>(numbers, (size_t) steps * 5 * n);
-            Slots<Float> slots(out, (size_t) steps * n);
+            Slots<Float> slots((size_t) steps * n, VPT_PHOTON_ABSENT, { out.walk, out.event, out.medium, out.depth },
+                               { out.length, out.segment_reach },
+                               { out.position, out.direction, out.geometric_normal, out.flux, out.segment_origin,
+                                 out.segment_flux, out.segment_density });
             Walk walk = m_walks[0];
             UInt32 done = dr::zeros<UInt32>(n);
             dr::tie(walk, done) = dr::while_loop(
@@ -123,7 +127,7 @@ private:
                 "Photon walks");
             m_walks[0] = walk;
             slots.schedule();
-            drop_finished(n, 1);
+            m_lanes = drop_finished<Float>(m_walks, n, 1);
             slots.flush();
         } else {
             DRJIT_MARK_USED(numbers);
@@ -405,36 +409,6 @@ private:
         Mask roulette = w.active && w.depth > m_rules.rr_depth;
         w.active &= !roulette || u.roulette < q;
         dr::masked(w.flux, roulette) *= dr::rcp(q);
-    }
-
-    // Walks that go on move up in their order, while they are in the cache; a wide element holds all of them.
-    void keep(size_t e, size_t &kept) {
-        if constexpr (!Jit) {
-            if (!m_walks[e].active)
-                return;
-            if (kept != e)
-                m_walks[kept] = m_walks[e];
-        }
-        ++kept;
-    }
-
-    // Drops all walks but those that were kept.
-    void drop_finished(size_t lanes, size_t kept) {
-        m_walks.resize(kept);
-        m_lanes = (uint32_t) kept;
-        if constexpr (Jit) {
-            if (m_walks.empty())
-                return;
-            Walk &walk = m_walks[0];
-            walk.active &= dr::full<Mask>(true, lanes);
-            dr::eval(walk);
-            UInt32 alive = dr::compress(walk.active);
-            m_lanes = (uint32_t) alive.size();
-            if (m_lanes == 0)
-                m_walks.clear();
-            else if (m_lanes < lanes)
-                walk = dr::gather<Walk>(walk, alive);
-        }
     }
 
     const Scene *m_scene;

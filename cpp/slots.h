@@ -3,6 +3,7 @@
 
 #include "lanes.h"
 
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -14,13 +15,15 @@ public:
     using UInt32 = dr::uint32_array_t<Float>;
     using Mask = dr::mask_t<Float>;
 
-    Slots(const VptPhotonVertices &out, size_t count) : m_count(count) {
-        for (uint32_t *plane : { out.walk, out.event, out.medium, out.depth })
-            m_uints.emplace_back(plane, dr::opaque<UInt32>(VPT_PHOTON_ABSENT, count));
-        add(out.length);
-        add(out.segment_reach);
-        for (float *planes : { out.position, out.direction, out.geometric_normal, out.flux, out.segment_origin,
-                               out.segment_flux, out.segment_density })
+    // Where nothing is put, planes of integers hold `absent`; planes of floats may be null.
+    Slots(size_t count, uint32_t absent, std::initializer_list<uint32_t *> uints, std::initializer_list<float *> floats,
+          std::initializer_list<float *> triples)
+        : m_count(count) {
+        for (uint32_t *plane : uints)
+            m_uints.emplace_back(plane, dr::opaque<UInt32>(absent, count));
+        for (float *plane : floats)
+            add(plane);
+        for (float *planes : triples)
             for (size_t i = 0; i < 3 && planes; ++i)
                 add(planes + i * count);
     }

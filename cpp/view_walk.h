@@ -2,6 +2,8 @@
 #pragma once
 
 #include "glossy.h"
+#include "slots.h"
+#include "survivors.h"
 #include "tables.h"
 
 namespace vpt {
@@ -15,31 +17,46 @@ public:
     struct Ray {
         Ray3f ray;
         MediumPtr medium;
-        UInt32 depth;
+        // Number within the batch.
+        UInt32 depth, index;
         Mask active;
-        DRJIT_STRUCT(Ray, ray, medium, depth, active)
+        DRJIT_STRUCT(Ray, ray, medium, depth, index, active)
     };
 
     ViewWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const VptViewRequest &request)
         : m_scene(scene), m_tables(tables), m_rules(request.rules), m_lanes(request.lanes),
           m_rays(element_count<Float>(request.lanes)) {
-        Writer<Float> out(m_lanes);
-        for (size_t e = 0; e < m_rays.size(); ++e)
+        size_t n = m_lanes, kept = 0;
+        Writer<Float> out(n);
+        for (size_t e = 0; e < m_rays.size(); ++e) {
             out.put3(request.importance, e, start(sensor, request, m_rays[e], e));
+            keep<Float>(m_rays, e, kept);
+        }
+        out.schedule();
+        m_lanes = drop_finished<Float>(m_rays, n, kept);
         out.flush();
     }
 
-    void step(const float *numbers, const VptViewVertices &out) {
-        Writer<Float> writer(m_lanes);
-        for (size_t e = 0; e < m_rays.size(); ++e) {
-            Float lobe = read<Float>(numbers, m_lanes, e);
-            Point2f direction(read<Float>(numbers + m_lanes, m_lanes, e),
-                              read<Float>(numbers + 2 * m_lanes, m_lanes, e));
-            step(m_rays[e], lobe, direction, out, writer, e);
+    uint32_t lanes() const { return m_lanes; }
+
+    void step(uint32_t steps, const float *numbers, const VptViewVertices &out) {
+        size_t n = m_lanes;
+        if (m_rays.empty())
+            return;
+        if (steps > 1) {
+            take_steps(steps, numbers, out);
+            return;
         }
-        if constexpr (dr::is_jit_v<Float>)
-            for (Ray &ray : m_rays)
-                dr::schedule(ray);
+        Writer<Float> writer(n);
+        size_t kept = 0;
+        for (size_t e = 0; e < m_rays.size(); ++e) {
+            Float lobe = read<Float>(numbers, n, e);
+            Point2f direction(read<Float>(numbers + n, n, e), read<Float>(numbers + 2 * n, n, e));
+            step(m_rays[e], lobe, direction, out, writer, e);
+            keep<Float>(m_rays, e, kept);
+        }
+        writer.schedule();
+        m_lanes = drop_finished<Float>(m_rays, n, kept);
         writer.flush();
     }
 
@@ -72,6 +89,41 @@ public:
     }
 
 private:
+    // Several steps in one kernel: a loop, whose vertices go to slots.
+    void take_steps(uint32_t steps, const float *numbers, const VptViewVertices &out) {
+        if constexpr (dr::is_jit_v<Float>) {
+            size_t n = m_lanes;
+            // Opaque, so that Dr.Jit does not compile a kernel for each number of lanes and steps.
+            UInt32 lanes = dr::opaque<UInt32>((uint32_t) n), end = dr::opaque<UInt32>(steps), lane = dr::arange<UInt32>(n);
+            Float all = dr::load<Float>(numbers, (size_t) steps * 3 * n);
+            Slots<Float> slots((size_t) steps * n, VPT_VIEW_ABSENT, { out.ray, out.flags, out.medium }, { out.length },
+                               { out.origin, out.direction, out.position, out.normal, out.geometric_normal,
+                                 out.reflectance, out.emission, out.weight });
+            Ray ray = m_rays[0];
+            UInt32 done = dr::zeros<UInt32>(n);
+            dr::tie(ray, done) = dr::while_loop(
+                dr::make_tuple(ray, done),
+                [end](const Ray &r, const UInt32 &done) { return r.active && done < end; },
+                [&](Ray &r, UInt32 &done) {
+                    auto number = [&](uint32_t i) {
+                        return dr::gather<Float>(all, (done * 3u + i) * lanes + lane, r.active);
+                    };
+                    slots.select(done * lanes + lane, r.active);
+                    step(r, number(0), Point2f(number(1), number(2)), out, slots, 0);
+                    done += 1u;
+                },
+                "View rays");
+            m_rays[0] = ray;
+            slots.schedule();
+            m_lanes = drop_finished<Float>(m_rays, n, 1);
+            slots.flush();
+        } else {
+            DRJIT_MARK_USED(numbers);
+            DRJIT_MARK_USED(out);
+            Throw("a scalar variant takes one step a call, not %u", steps);
+        }
+    }
+
     UnpolarizedSpectrum start(const Sensor *sensor, const VptViewRequest &request, Ray &ray, size_t e) {
         size_t n = m_lanes;
         const Film *film = sensor->film();
@@ -87,14 +139,19 @@ private:
         ray.ray = Ray3f(differential);
         ray.medium = sensor->medium();
         ray.depth = dr::zeros<UInt32>(n);
+        if constexpr (dr::is_jit_v<Float>)
+            ray.index = dr::arange<UInt32>(n);
+        else
+            ray.index = (uint32_t) e;
         ray.active = m_rules.max_depth > 0;
         return unpolarized_spectrum(weight);
     }
 
     bool simulates(uint32_t effect) const { return (m_rules.effects & effect) != 0; }
 
-    void step(Ray &s, const Float &lobe, const Point2f &direction, const VptViewVertices &out,
-              Writer<Float> &writer, size_t e) const {
+    template <typename Out>
+    void step(Ray &s, const Float &lobe, const Point2f &direction, const VptViewVertices &out, Out &writer,
+              size_t e) const {
         Mask first = s.depth == 0u, hides = first && m_rules.hide_emitters != 0;
         SurfaceInteraction3f si = m_rules.hide_emitters ? intersect(m_scene, s.ray, hides, s.active)
                                                          : m_scene->ray_intersect(s.ray, s.active);
@@ -116,6 +173,7 @@ private:
         UInt32 medium(VPT_VACUUM);
         if (simulates(VPT_EFFECT_MEDIUM_SAMPLING))
             medium = dr::select(s.active, m_tables.medium_index(s.medium), medium);
+        writer.put(out.ray, e, s.index);
         writer.put(out.medium, e, medium);
         writer.put3(out.origin, e, s.ray.o);
         writer.put3(out.direction, e, s.ray.d);
@@ -200,7 +258,7 @@ private:
     const Scene *m_scene;
     const Tables &m_tables;
     VptRules m_rules;
-    size_t m_lanes;
+    uint32_t m_lanes;
     std::vector<Ray> m_rays;
 };
 

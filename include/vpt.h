@@ -36,6 +36,8 @@ typedef struct VptStats VptStats;
 
 #define VPT_VIEW_SCATTERED 32
 
+#define VPT_VIEW_ABSENT 64
+
 // Values of `VptPhotonVertices::event`; see `scene::photon_event`.
 #define VPT_PHOTON_NONE 0
 
@@ -206,7 +208,7 @@ typedef struct VptDescription {
   uint32_t lanes;
   // Nonzero where several threads may call at the same time.
   uint32_t concurrent;
-  // Photon vertices that a call of `photon_step` should yield, where few walks are alive by several steps; at least 1.
+  // Vertices that a call of `photon_step` or `view_step` should yield, where few are alive by several steps; at least 1.
   uint32_t launch;
 } VptDescription;
 
@@ -234,7 +236,9 @@ typedef struct VptViewRequest {
 
 // See `scene::ViewVertices`.
 typedef struct VptViewVertices {
+  // Of all steps together.
   uint32_t lanes;
+  uint32_t *ray;
   uint32_t *flags;
   uint32_t *medium;
   float *origin;
@@ -274,11 +278,17 @@ typedef struct VptHost {
   uint32_t abi_version;
   void *context;
   int32_t (*describe)(void *context, struct VptDescription *out);
-  int32_t (*view_rays)(void *context, const struct VptViewRequest *request, void **walk);
+  int32_t (*view_rays)(void *context,
+                       const struct VptViewRequest *request,
+                       void **walk,
+                       uint32_t *alive);
+  // As `photon_step`.
   int32_t (*view_step)(void *context,
                        void *walk,
+                       uint32_t steps,
                        const float *numbers,
-                       const struct VptViewVertices *out);
+                       const struct VptViewVertices *out,
+                       uint32_t *alive);
   void (*view_free)(void *context, void *walk);
   int32_t (*emit)(void *context,
                   uint32_t lanes,

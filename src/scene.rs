@@ -198,12 +198,12 @@ pub struct Batching {
     pub lanes: usize,
     /// Whether several threads may drive batches of their own at the same time.
     pub concurrent: bool,
-    /// Photon vertices that a call of [`PhotonWalk::step`] should yield, where few walks by several steps each: what a call
+    /// Vertices that a call of [`PhotonWalk::step`] or [`ViewWalk::step`] should yield, where few walks by several steps each: what a call
     /// costs is the less felt. 1 where calls cost nothing.
     pub launch: usize,
 }
 
-/// Steps that a call of [`PhotonWalk::step`] is asked for at most.
+/// Steps that such a call is asked for at most.
 const MAX_STEPS: usize = 16;
 
 /// A share of a job that is done in batches.
@@ -403,11 +403,15 @@ pub mod view_flags {
     pub const HIT: u32 = 16;
     /// The lobe that was sampled counts as a scattering event.
     pub const SCATTERED: u32 = 32;
+    /// No segment: the ray had ended within an earlier step of the same call.
+    pub const ABSENT: u32 = 64;
 }
 
 /// One segment per view ray, and the vertex at its end. Filled by [`ViewWalk::step`].
 #[derive(Debug, Clone, Default)]
 pub struct ViewVertices {
+    /// Number of the ray within its batch.
+    pub ray: Vec<u32>,
     pub flags: Vec<u32>,
     /// The medium that the segment crosses.
     pub medium: Vec<u32>,
@@ -430,6 +434,7 @@ pub struct ViewVertices {
 
 impl ViewVertices {
     pub fn resize(&mut self, lanes: usize) {
+        self.ray.resize(lanes, 0);
         self.flags.resize(lanes, 0);
         self.medium.resize(lanes, VACUUM);
         self.length.resize(lanes, 0.0);
@@ -594,9 +599,12 @@ pub struct ViewRayRequest<'a> {
 
 /// View rays in flight, advanced together.
 pub trait ViewWalk {
-    /// Advances every ray by one segment. `numbers` holds [`VIEW_STEP_DIMENSIONS`] planes of as
-    /// many lanes as were asked for; a ray that has ended reports no flags.
-    fn step(&mut self, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()>;
+    /// Rays still alive: the number of lanes that the next step reports and takes numbers for.
+    fn lanes(&self) -> usize;
+    /// Advances every ray by up to `steps` segments and drops those that ended. For each step `numbers` holds
+    /// [`VIEW_STEP_DIMENSIONS`] planes of [`ViewWalk::lanes`] each, and `out` is given as many lanes; those of rays that had
+    /// ended before are [`view_flags::ABSENT`].
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()>;
 }
 
 /// Photon walks in flight, advanced together.

@@ -5,7 +5,8 @@ use super::world::{Disclosure, World};
 use super::{may_scatter, number};
 use crate::math::Rgb;
 use crate::scene::{
-    view_flags, PathLimits, SceneResult, ViewRayRequest, ViewVertices, ViewWalk, VACUUM,
+    view_flags, PathLimits, SceneResult, ViewRayRequest, ViewVertices, ViewWalk,
+    VIEW_STEP_DIMENSIONS,
 };
 use glam::DVec3;
 
@@ -15,9 +16,11 @@ struct ViewRay {
     ray: Ray,
     /// Scattering events so far.
     depth: u32,
+    /// Within the batch.
+    index: u32,
 }
 
-/// A batch of view rays; `None` where a ray has ended.
+/// A batch of view rays; `None` where a ray has ended within the present call.
 pub(super) struct ViewRays<'a> {
     world: &'a World,
     limits: PathLimits,
@@ -30,9 +33,11 @@ impl<'a> ViewRays<'a> {
             let x = number(request.film, request.lanes, 0, lane);
             let y = number(request.film, request.lanes, 1, lane);
             let ray = world.contents.camera.ray(x, y);
-            (request.rules.limits.max_depth > 0).then_some(ViewRay { ray, depth: 0 })
+            Some(ViewRay { ray, depth: 0, index: lane as u32 })
         });
-        ViewRays { world, limits: request.rules.limits, rays: rays.collect() }
+        let goes_on = request.rules.limits.max_depth > 0;
+        let rays = if goes_on { rays.collect() } else { Vec::new() };
+        ViewRays { world, limits: request.rules.limits, rays }
     }
 
     /// Writes the vertex at the end of a segment and returns what goes on from there.
@@ -117,7 +122,7 @@ impl<'a> ViewRays<'a> {
             false => view.ray.medium,
         };
         let ray = Ray { origin: hit.position, direction: lobe.direction, medium };
-        Some(ViewRay { ray, depth: view.depth + 1 })
+        Some(ViewRay { ray, depth: view.depth + 1, ..view })
     }
 }
 
@@ -140,18 +145,25 @@ fn write_segment(ray: &Ray, hit: Option<&Hit>, lane: usize, out: &mut ViewVertic
 }
 
 impl ViewWalk for ViewRays<'_> {
-    fn step(&mut self, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
+    fn lanes(&self) -> usize {
+        self.rays.len()
+    }
+
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
         let lanes = self.rays.len();
-        out.resize(lanes);
-        for lane in 0..lanes {
-            out.flags[lane] = 0;
-            out.medium[lane] = VACUUM;
-            out.length[lane] = 0.0;
-            if let Some(view) = self.rays[lane] {
+        out.resize(steps * lanes);
+        out.flags.fill(view_flags::ABSENT);
+        for step in 0..steps {
+            let numbers = &numbers[step * VIEW_STEP_DIMENSIONS * lanes..];
+            for lane in 0..lanes {
+                let Some(view) = self.rays[lane] else { continue };
+                let slot = step * lanes + lane;
+                out.ray[slot] = view.index;
                 let u = number(numbers, lanes, 0, lane);
-                self.rays[lane] = self.advance(view, u, lane, out);
+                self.rays[lane] = self.advance(view, u, slot, out);
             }
         }
+        self.rays.retain(Option::is_some);
         Ok(())
     }
 }

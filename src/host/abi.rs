@@ -25,6 +25,7 @@ pub const VPT_VIEW_LAMBERTIAN: u32 = 4;
 pub const VPT_VIEW_EMISSION: u32 = 8;
 pub const VPT_VIEW_HIT: u32 = 16;
 pub const VPT_VIEW_SCATTERED: u32 = 32;
+pub const VPT_VIEW_ABSENT: u32 = 64;
 
 /// Values of `VptPhotonVertices::event`; see `scene::photon_event`.
 pub const VPT_PHOTON_NONE: u32 = 0;
@@ -141,7 +142,7 @@ pub struct VptDescription {
     pub lanes: u32,
     /// Nonzero where several threads may call at the same time.
     pub concurrent: u32,
-    /// Photon vertices that a call of `photon_step` should yield, where few walks are alive by several steps; at least 1.
+    /// Vertices that a call of `photon_step` or `view_step` should yield, where few are alive by several steps; at least 1.
     pub launch: u32,
 }
 
@@ -175,7 +176,9 @@ pub struct VptViewRequest {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct VptViewVertices {
+    /// Of all steps together.
     pub lanes: u32,
+    pub ray: *mut u32,
     pub flags: *mut u32,
     pub medium: *mut u32,
     pub origin: *mut f32,
@@ -223,12 +226,16 @@ pub struct VptHost {
         context: *mut c_void,
         request: *const VptViewRequest,
         walk: *mut *mut c_void,
+        alive: *mut u32,
     ) -> i32,
+    /// As `photon_step`.
     pub view_step: unsafe extern "C" fn(
         context: *mut c_void,
         walk: *mut c_void,
+        steps: u32,
         numbers: *const f32,
         out: *const VptViewVertices,
+        alive: *mut u32,
     ) -> i32,
     pub view_free: unsafe extern "C" fn(context: *mut c_void, walk: *mut c_void),
     pub emit: unsafe extern "C" fn(

@@ -205,11 +205,17 @@ struct HostViewWalk<'a> {
 }
 
 impl ViewWalk for HostViewWalk<'_> {
-    fn step(&mut self, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
-        assert_eq!(numbers.len(), VIEW_STEP_DIMENSIONS * self.lanes as usize);
-        out.resize(self.lanes as usize);
+    fn lanes(&self) -> usize {
+        self.lanes as usize
+    }
+
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
+        let lanes = steps * self.lanes as usize;
+        assert_eq!(numbers.len(), VIEW_STEP_DIMENSIONS * lanes);
+        out.resize(lanes);
         let raw = VptViewVertices {
-            lanes: self.lanes,
+            lanes: lane_count(lanes),
+            ray: out.ray.as_mut_ptr(),
             flags: out.flags.as_mut_ptr(),
             medium: out.medium.as_mut_ptr(),
             origin: out.origin.as_mut_slice().as_mut_ptr(),
@@ -223,9 +229,15 @@ impl ViewWalk for HostViewWalk<'_> {
             weight: out.weight.as_mut_slice().as_mut_ptr(),
         };
         let host = &self.scene.host;
+        let mut alive = 0;
         // SAFETY: all arrays were just sized for `lanes`; the walk is alive until drop.
-        self.scene
-            .check(unsafe { (host.view_step)(host.context, self.walk, numbers.as_ptr(), &raw) })
+        let status = unsafe {
+            let (walk, steps, numbers) = (self.walk, lane_count(steps), numbers.as_ptr());
+            (host.view_step)(host.context, walk, steps, numbers, &raw, &mut alive)
+        };
+        self.scene.check(status)?;
+        self.lanes = alive;
+        Ok(())
     }
 }
 
@@ -331,10 +343,12 @@ impl Scene for HostScene {
             rules: raw_rules(request.rules),
             importance: importance.as_mut_slice().as_mut_ptr(),
         };
-        let mut walk = std::ptr::null_mut();
+        let (mut walk, mut alive) = (std::ptr::null_mut(), 0);
         // SAFETY: the arrays have the sizes just asserted.
-        self.check(unsafe { (self.host.view_rays)(self.host.context, &raw, &mut walk) })?;
-        Ok(Box::new(HostViewWalk { scene: self, walk, lanes: raw.lanes }))
+        self.check(unsafe {
+            (self.host.view_rays)(self.host.context, &raw, &mut walk, &mut alive)
+        })?;
+        Ok(Box::new(HostViewWalk { scene: self, walk, lanes: alive }))
     }
 
     fn emit<'a>(

@@ -72,7 +72,7 @@ fn probe(scene: &dyn Scene) -> SceneResult<Footprint> {
     let request = ViewRayRequest { lanes, film: &film, numbers: &numbers, rules: limits.into() };
     let mut walk = scene.view_rays(&request, &mut Planes::default())?;
     let mut v = ViewVertices::default();
-    walk.step(&vec![0.5; VIEW_STEP_DIMENSIONS * lanes], &mut v)?;
+    walk.step(1, &vec![0.5; VIEW_STEP_DIMENSIONS * lanes], &mut v)?;
     let spacing = |planes: &Planes| -> Vec<f32> {
         (0..lanes / 2).map(|i| (planes.get(2 * i + 1) - planes.get(2 * i)).length()).collect()
     };

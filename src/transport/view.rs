@@ -16,6 +16,7 @@ use crate::tree::heap_bytes;
 use glam::Vec3;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
 
 /// Segments after which a ray path that never ends is given up (and counted).
 const MAX_SEGMENTS: usize = 4096;
@@ -404,18 +405,20 @@ impl<'a> Tracer<'a> {
         for (lane, path) in self.paths.iter_mut().enumerate() {
             path.throughput = importance.rgb(lane);
         }
-        let mut vertices = ViewVertices::default();
-        for segment in 0..MAX_SEGMENTS {
-            self.count_segments(segment);
-            uniform::fill(&mut self.rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
-            walk.step(&numbers, &mut vertices)?;
-            let tables = self.tabulate(&vertices)?;
-            for lane in 0..lanes {
-                self.extend(lane, tables.get(lane).copied().unwrap_or(NO_TABLE), &vertices);
+        if walk.lanes() == 0 {
+            self.paths.iter_mut().for_each(|path| path.alive = false);
+        }
+        let (batching, mut vertices, mut done) =
+            (self.scene.batching(), ViewVertices::default(), 0);
+        while self.alive() > 0 && walk.lanes() > 0 && done < MAX_SEGMENTS {
+            let lanes = walk.lanes();
+            let steps = batching.steps(lanes);
+            uniform::fill(&mut self.rng, &mut numbers, steps * VIEW_STEP_DIMENSIONS * lanes);
+            walk.step(steps, &numbers, &mut vertices)?;
+            for step in 0..steps {
+                self.add_step(step * lanes..(step + 1) * lanes, done + step == 0, &vertices)?;
             }
-            if self.paths.iter().all(|path| !path.alive) {
-                break;
-            }
+            done += steps;
         }
         self.out.counters.dropped_view_rays += self.alive();
         Ok(self.out)
@@ -439,41 +442,59 @@ impl<'a> Tracer<'a> {
         numbers
     }
 
-    /// Counts what is asked for at the ends of the segments that come.
-    fn count_segments(&mut self, segment: usize) {
-        let alive = self.alive();
-        if segment > 0 {
-            self.out.counters.chain_segments += alive;
+    /// Adds what the segments in these slots, one step of rays, show.
+    fn add_step(
+        &mut self,
+        slots: Range<usize>,
+        is_first: bool,
+        v: &ViewVertices,
+    ) -> SceneResult<()> {
+        let is_there = |slot: &usize| {
+            v.flags[*slot] & view_flags::ABSENT == 0 && self.paths[v.ray[*slot] as usize].alive
+        };
+        let slots: Vec<usize> = slots.filter(is_there).collect();
+        self.count_segments(slots.len() as u64, is_first);
+        let tables = self.tabulate(&slots, v)?;
+        for (index, slot) in slots.into_iter().enumerate() {
+            self.extend(slot, tables.get(index).copied().unwrap_or(NO_TABLE), v);
+        }
+        Ok(())
+    }
+
+    /// Counts what is asked for at the ends of segments.
+    fn count_segments(&mut self, segments: u64, are_first: bool) {
+        if !are_first {
+            self.out.counters.chain_segments += segments;
         }
         if self.plan.simulates(Effect::DirectEmission) {
-            self.out.counters.emission_queries += alive;
+            self.out.counters.emission_queries += segments;
         }
     }
 
-    /// Tables along the newest segments, by lane; none at all where no medium calls for them.
-    fn tabulate(&mut self, v: &ViewVertices) -> SceneResult<Vec<u32>> {
+    /// Tables along the segments in these slots; none at all where no medium calls for them.
+    fn tabulate(&mut self, slots: &[usize], v: &ViewVertices) -> SceneResult<Vec<u32>> {
         if !self.plan.simulates(Effect::TransmittanceTables) {
             return Ok(Vec::new());
         }
-        let crosses = |lane: &usize| self.paths[*lane].alive && v.medium[*lane] != VACUUM;
-        let lanes: Vec<usize> = (0..self.paths.len()).filter(crosses).collect();
-        let crossing = |&lane: &usize| Crossing {
+        let crosses = |index: &usize| v.medium[slots[*index]] != VACUUM;
+        let crossing_slots: Vec<usize> = (0..slots.len()).filter(crosses).collect();
+        let crossing = |&index: &usize| Crossing {
             segment: Segment {
-                origin: v.origin.get(lane),
-                direction: v.direction.get(lane),
-                length: v.length[lane],
+                origin: v.origin.get(slots[index]),
+                direction: v.direction.get(slots[index]),
+                length: v.length[slots[index]],
             },
-            medium: v.medium[lane],
+            medium: v.medium[slots[index]],
         };
-        let crossings: Vec<_> = lanes.iter().map(crossing).collect();
+        let crossings: Vec<_> = crossing_slots.iter().map(crossing).collect();
         let (media, rng) = (&self.plan.media, &mut self.table_rng);
         let (tables, samples) = tabulate(self.scene, media, &crossings, rng, &mut self.out.tables)?;
         self.out.counters.view_table_samples += samples;
-        let mut by_lane = vec![NO_TABLE; self.paths.len()];
-        for (lane, table) in lanes.into_iter().zip(tables) {
-            by_lane[lane] = table;
+        let mut by_slot = vec![NO_TABLE; slots.len()];
+        for (index, table) in crossing_slots.into_iter().zip(tables) {
+            by_slot[index] = table;
         }
-        Ok(by_lane)
+        Ok(by_slot)
     }
 
     fn film_positions(&mut self) -> Vec<f32> {
@@ -496,29 +517,27 @@ impl<'a> Tracer<'a> {
     }
 
     /// Adds what the path's newest segment and its end show, and decides whether it goes on.
-    fn extend(&mut self, lane: usize, table: u32, v: &ViewVertices) {
-        let mut path = self.paths[lane];
-        if !path.alive {
-            return;
-        }
-        let flags = v.flags[lane];
+    fn extend(&mut self, slot: usize, table: u32, v: &ViewVertices) {
+        let ray = v.ray[slot] as usize;
+        let mut path = self.paths[ray];
+        let flags = v.flags[slot];
         let has = |bit| flags & bit != 0;
-        path.refracted |= path.scattered_at.dot(v.direction.get(lane)) < 0.0;
-        let tr = self.add_beam(lane, &path, table, v);
-        if !tr.is_finite() || !v.weight.rgb(lane).is_finite() {
+        path.refracted |= path.scattered_at.dot(v.direction.get(slot)) < 0.0;
+        let tr = self.add_beam(slot, &path, table, v);
+        if !tr.is_finite() || !v.weight.rgb(slot).is_finite() {
             self.out.counters.dropped_view_rays += 1;
-            self.paths[lane].alive = false;
+            self.paths[ray].alive = false;
             return;
         }
         path.throughput *= tr;
-        path.distance += v.length[lane];
-        self.out.alpha[lane] += path.clear * (1.0 - tr.mean());
+        path.distance += v.length[slot];
+        self.out.alpha[ray] += path.clear * (1.0 - tr.mean());
         path.clear *= tr.mean();
 
         if has(view_flags::EMISSION) {
-            let emission = path.throughput * v.emission.rgb(lane);
+            let emission = path.throughput * v.emission.rgb(slot);
             if emission.is_finite() {
-                self.out.emission[lane] += emission;
+                self.out.emission[ray] += emission;
             } else {
                 self.out.counters.dropped_view_rays += 1;
             }
@@ -527,23 +546,23 @@ impl<'a> Tracer<'a> {
             self.out.counters.sky_queries += 1;
         }
         if has(view_flags::VISIBLE_POINT) {
-            self.add_point(lane, &path, v);
+            self.add_point(slot, &path, v);
         }
-        self.cover(lane, &mut path, v);
+        self.cover(slot, &mut path, v);
         path.alive = has(view_flags::CONTINUES);
-        path.throughput *= v.weight.rgb(lane);
+        path.throughput *= v.weight.rgb(slot);
         if has(view_flags::SCATTERED) {
             path.depth += 1;
         }
         path.scattered_at =
-            if has(view_flags::SCATTERED) { v.normal.get(lane) } else { Vec3::ZERO };
+            if has(view_flags::SCATTERED) { v.normal.get(slot) } else { Vec3::ZERO };
         self.roulette(&mut path);
-        self.paths[lane] = path;
+        self.paths[ray] = path;
     }
 
     /// Records a view beam and returns the transmittance of the whole segment.
-    fn add_beam(&mut self, lane: usize, path: &Path, table: u32, v: &ViewVertices) -> Rgb {
-        let (medium, length) = (v.medium[lane], v.length[lane]);
+    fn add_beam(&mut self, slot: usize, path: &Path, table: u32, v: &ViewVertices) -> Rgb {
+        let (medium, length) = (v.medium[slot], v.length[slot]);
         if medium == VACUUM {
             return Rgb::ONE;
         }
@@ -558,7 +577,7 @@ impl<'a> Tracer<'a> {
         };
         let beam = BeamRecord {
             throughput: path.throughput,
-            pixel: self.pixels[lane],
+            pixel: self.pixels[v.ray[slot] as usize],
             medium,
             table,
             depth: path.depth,
@@ -566,8 +585,8 @@ impl<'a> Tracer<'a> {
         if self.is_receiver(&beam) {
             self.out.beams.push(beam);
             self.out.beam_segments.push(Segment {
-                origin: v.origin.get(lane),
-                direction: v.direction.get(lane),
+                origin: v.origin.get(slot),
+                direction: v.direction.get(slot),
                 length: segment_length,
             });
             self.out.beam_distances.push(path.distance + 0.5 * segment_length);
@@ -584,10 +603,10 @@ impl<'a> Tracer<'a> {
             && beam.depth.saturating_add(2) <= self.plan.limits().max_depth
     }
 
-    fn add_point(&mut self, lane: usize, path: &Path, v: &ViewVertices) {
+    fn add_point(&mut self, slot: usize, path: &Path, v: &ViewVertices) {
         let mut weight = path.throughput;
-        let lobe = if v.flags[lane] & view_flags::LAMBERTIAN != 0 {
-            let reflectance = v.reflectance.rgb(lane);
+        let lobe = if v.flags[slot] & view_flags::LAMBERTIAN != 0 {
+            let reflectance = v.reflectance.rgb(slot);
             if reflectance.max_component() <= 0.0 {
                 return;
             }
@@ -596,31 +615,31 @@ impl<'a> Tracer<'a> {
         } else {
             self.out.stored_depths.push(path.depth);
             self.out.stored.push(StoredPoint {
-                origin: v.origin.get(lane),
-                direction: v.direction.get(lane),
+                origin: v.origin.get(slot),
+                direction: v.direction.get(slot),
                 skips_emitters: self.plan.limits().hide_emitters && path.depth == 0,
             });
             PackedLobe(self.out.stored.len() as u32 - 1)
         };
-        self.out.point_positions.push(v.position.get(lane));
+        self.out.point_positions.push(v.position.get(slot));
         self.out.point_distances.push(path.distance);
-        self.out.point_media.push(v.medium[lane]);
+        self.out.point_media.push(v.medium[slot]);
         self.out.points.push(PointRecord {
-            geometric_normal: v.geometric_normal.get(lane).into(),
-            normal: v.normal.get(lane).into(),
+            geometric_normal: v.geometric_normal.get(slot).into(),
+            normal: v.normal.get(slot).into(),
             weight,
-            pixel: self.pixels[lane],
+            pixel: self.pixels[v.ray[slot] as usize],
             lobe,
         });
     }
 
     /// Alpha: a surface covers its pixel but for the weight of its null lobe; a sky covers all of it.
-    fn cover(&mut self, lane: usize, path: &mut Path, v: &ViewVertices) {
-        let flags = v.flags[lane];
+    fn cover(&mut self, slot: usize, path: &mut Path, v: &ViewVertices) {
+        let flags = v.flags[slot];
         let passes = flags & view_flags::CONTINUES != 0 && flags & view_flags::SCATTERED == 0;
         let covered = if flags & view_flags::HIT != 0 {
             if passes {
-                1.0 - v.weight.rgb(lane).mean().clamp(0.0, 1.0)
+                1.0 - v.weight.rgb(slot).mean().clamp(0.0, 1.0)
             } else {
                 1.0
             }
@@ -629,7 +648,7 @@ impl<'a> Tracer<'a> {
             let shows_sky = self.scene.description().has_environment() && !hides;
             f32::from(u8::from(shows_sky))
         };
-        self.out.alpha[lane] += path.clear * covered;
+        self.out.alpha[v.ray[slot] as usize] += path.clear * covered;
         path.clear *= 1.0 - covered;
     }
 

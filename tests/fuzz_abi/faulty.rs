@@ -109,8 +109,12 @@ struct FaultyView<'a> {
 }
 
 impl ViewWalk for FaultyView<'_> {
-    fn step(&mut self, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
-        self.walk.step(numbers, out)?;
+    fn lanes(&self) -> usize {
+        self.walk.lanes()
+    }
+
+    fn step(&mut self, steps: usize, numbers: &[f32], out: &mut ViewVertices) -> SceneResult<()> {
+        self.walk.step(steps, numbers, out)?;
         let Some(fault) = self.scene.strike()? else { return Ok(()) };
         if let Some(value) = fault.value() {
             for planes in [&mut out.reflectance, &mut out.emission, &mut out.weight] {

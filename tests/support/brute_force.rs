@@ -112,18 +112,19 @@ impl View {
         let (mut beams, mut points) = (Vec::new(), Vec::new());
         let mut vertices = ViewVertices::default();
         for _ in 0..MAX_SEGMENTS {
-            uniform::fill(&mut rng, &mut numbers, VIEW_STEP_DIMENSIONS * lanes);
-            walk.step(&numbers, &mut vertices).expect("view rays advance");
-            for (lane, path) in paths.iter_mut().enumerate() {
+            uniform::fill(&mut rng, &mut numbers, VIEW_STEP_DIMENSIONS * walk.lanes());
+            walk.step(1, &numbers, &mut vertices).expect("view rays advance");
+            for (lane, &ray) in vertices.ray.iter().enumerate() {
+                let path = &mut paths[ray as usize];
                 let hides = limits.hide_emitters && path.depth == 0;
                 segments.add_point(&vertices, lane, hides);
                 beams.extend(path.cross(scene, &vertices, lane));
                 path.cover(scene, vertices.flags[lane], limits.hide_emitters);
-                add(&mut emission[lane], path.emission(&vertices, lane));
+                add(&mut emission[ray as usize], path.emission(&vertices, lane));
                 points.extend(path.point(&vertices, lane));
                 path.leave(&vertices, lane);
             }
-            if vertices.flags.iter().all(|flags| flags & view_flags::CONTINUES == 0) {
+            if walk.lanes() == 0 {
                 break;
             }
         }

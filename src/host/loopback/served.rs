@@ -236,6 +236,7 @@ unsafe extern "C" fn view_rays(
     context: *mut c_void,
     request: *const VptViewRequest,
     walk: *mut *mut c_void,
+    alive: *mut u32,
 ) -> i32 {
     // SAFETY: the engine's arrays hold what `lanes` says; the scene outlives its walks.
     guarded(|| unsafe {
@@ -250,6 +251,8 @@ unsafe extern "C" fn view_rays(
         let mut importance = Planes::default();
         let started = served(context).scene.view_rays(&request, &mut importance)?;
         put(importance.as_slice(), raw.importance);
+        let lanes = started.lanes();
+        *alive = lanes as u32;
         *walk = Box::into_raw(Box::new(ViewBox { walk: started, lanes })).cast();
         Ok(())
     })
@@ -258,16 +261,20 @@ unsafe extern "C" fn view_rays(
 unsafe extern "C" fn view_step(
     _: *mut c_void,
     walk: *mut c_void,
+    steps: u32,
     numbers: *const f32,
     out: *const VptViewVertices,
+    alive: *mut u32,
 ) -> i32 {
     // SAFETY: the walk came from `view_rays`; arrays hold its lanes.
     guarded(|| unsafe {
         let (walk, out) = (&mut *walk.cast::<ViewBox>(), &*out);
         let mut vertices = ViewVertices::default();
-        vertices.resize(walk.lanes);
-        let numbers = from_raw_parts(numbers, VIEW_STEP_DIMENSIONS * walk.lanes);
-        walk.walk.step(numbers, &mut vertices)?;
+        let lanes = steps as usize * walk.lanes;
+        vertices.resize(lanes);
+        let numbers = from_raw_parts(numbers, VIEW_STEP_DIMENSIONS * lanes);
+        walk.walk.step(steps as usize, numbers, &mut vertices)?;
+        put(&vertices.ray, out.ray);
         put(&vertices.flags, out.flags);
         put(&vertices.medium, out.medium);
         put(&vertices.length, out.length);
@@ -283,6 +290,8 @@ unsafe extern "C" fn view_step(
         ] {
             put(planes.as_slice(), to);
         }
+        walk.lanes = walk.walk.lanes();
+        *alive = walk.lanes as u32;
         Ok(())
     })
 }

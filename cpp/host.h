@@ -5,7 +5,9 @@
 #include "photon_walk.h"
 #include "view_walk.h"
 
+#include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 namespace vpt {
 
@@ -62,8 +64,7 @@ public:
         out.warnings = m_warnings.data();
         out.warning_count = (uint32_t) m_warnings.size();
         out.lanes = Jit ? 1u << 17 : 1u << 10;
-        // A call costs as much as so many vertices: Dr.Jit writes and hashes a program, and loads it.
-        out.launch = Jit ? 1u << 15 : 1u;
+        out.launch = launch();
         out.concurrent = !Jit;
         return out;
     }
@@ -168,6 +169,16 @@ public:
     }
 
 private:
+    // As many vertices as a call costs: Dr.Jit writes and hashes a program, and loads it, and each material is part of it.
+    uint32_t launch() const {
+        if constexpr (!Jit)
+            return 1;
+        std::unordered_set<const BSDF *> materials;
+        for (const auto &shape : m_scene->shapes())
+            materials.insert(shape->bsdf());
+        return (1u << 15) * std::clamp<uint32_t>((uint32_t) materials.size() / 8u, 1u, 8u);
+    }
+
     // One of sigma_s, sigma_n and sigma_t.
     template <size_t Which>
     void coefficients(uint32_t n, const uint32_t *medium, const float *position, const float *direction, float *out) {

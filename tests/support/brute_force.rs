@@ -164,7 +164,7 @@ impl Path {
     /// Crosses a segment, which is a beam where there is fog.
     fn cross(&mut self, scene: &dyn Scene, vertices: &ViewVertices, lane: usize) -> Option<Beam> {
         let beam = Beam {
-            pixel: lane,
+            pixel: vertices.ray[lane] as usize,
             origin: vertices.origin.get(lane).as_dvec3(),
             direction: vertices.direction.get(lane).as_dvec3(),
             length: f64::from(vertices.length[lane]),
@@ -201,7 +201,7 @@ impl Path {
         let has = |flag| vertices.flags[lane] & flag != 0;
         let reflectance = array(vertices.reflectance.get(lane));
         has(view_flags::VISIBLE_POINT).then(|| Point {
-            pixel: lane,
+            pixel: vertices.ray[lane] as usize,
             position: vertices.position.get(lane).as_dvec3(),
             normal: vertices.normal.get(lane).as_dvec3(),
             reflectance: has(view_flags::LAMBERTIAN).then_some(reflectance),

@@ -1,5 +1,5 @@
-//! Connections: what comes straight from lamps is looked for from visible points and view beams, one sample each, and
-//! photons leave it out. [Connection]
+//! Connections: what comes straight from lamps is looked for from visible points and view beams, and photons leave it
+//! out. [Connection]
 
 use super::beam_sample::{self, BeamSample, NUMBERS};
 use super::counters::Counters;
@@ -74,12 +74,13 @@ pub fn worthwhile(
     let mut connections = Connections { samples: plan.connections.samples, ..Connections::NONE };
     if plan.simulates(Effect::SurfaceGathering) {
         let places = connector.at_points(&sampled(paths.points.len()));
-        connections.visible_points = are_found(&connector.lamps(&places, 0, &mut rng)?);
+        let lanes = 0..places.medium.len();
+        connections.visible_points = are_found(&connector.lamps(&places, lanes, &mut rng)?);
     }
     if connector.lamps_near.is_empty() {
-        let drawn = connector.draw(&sampled(paths.beams.len()), &mut rng);
-        let lamps = connector.lamps(&connector.on_beams(&drawn), 0, &mut rng)?;
-        connections.view_beams = are_found(&lamps);
+        let beams = sampled(paths.beams.len());
+        let drawn = connector.draw(beams.into_iter().enumerate(), &mut rng);
+        connections.view_beams = are_found(&connector.lamps_on_beams(&drawn, &mut rng)?);
     }
     Ok(connections)
 }
@@ -100,6 +101,14 @@ fn range(batch: Batch) -> Range<usize> {
 /// A uniform number of one of several strata.
 fn stratified(stratum: usize, strata: usize, number: f32) -> f32 {
     ((stratum as f32 + number) / strata as f32).min(uniform::BELOW_ONE)
+}
+
+/// A place that is drawn on a view beam.
+struct Drawn<'a> {
+    /// Number of the sample.
+    sample: usize,
+    beam: ViewBeam<'a>,
+    place: BeamSample,
 }
 
 struct Connector<'a> {
@@ -123,15 +132,13 @@ impl<'a> Connector<'a> {
         (receivers * self.samples) as u64
     }
 
-    /// The receivers of these samples.
-    fn receivers_of(&self, samples: Range<usize>) -> Vec<usize> {
-        samples.map(|sample| sample / self.samples).collect()
+    fn receiver_of(&self, sample: usize) -> usize {
+        sample / self.samples
     }
 
     fn points(&self, samples: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
-        let first = samples.start;
-        let indices = self.receivers_of(samples);
-        let lamps = self.lamps(&self.at_points(&indices), first, rng)?;
+        let indices: Vec<usize> = samples.clone().map(|sample| self.receiver_of(sample)).collect();
+        let lamps = self.lamps(&self.at_points(&indices), samples, rng)?;
         let mut out = Gathered::new(Found::default());
         for (&index, lamp) in indices.iter().zip(lamps) {
             self.pairs.lamp_on_point(lamp, &self.pairs.paths.points[index], &mut out);
@@ -140,11 +147,10 @@ impl<'a> Connector<'a> {
     }
 
     fn beams(&self, samples: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
-        let first = samples.start;
-        let drawn = self.draw(&self.receivers_of(samples), rng);
-        let lamps = self.lamps(&self.on_beams(&drawn), first, rng)?;
+        let drawn = self.draw(samples.map(|sample| (sample, self.receiver_of(sample))), rng);
+        let lamps = self.lamps_on_beams(&drawn, rng)?;
         let mut out = Gathered::new(Found::default());
-        for ((beam, place), lamp) in drawn.iter().zip(lamps) {
+        for (Drawn { beam, place, .. }, lamp) in drawn.iter().zip(lamps) {
             self.pairs.lamp_on_beam(lamp, *beam, place.t, place.density, &mut out);
         }
         self.resolve(out, drawn.len())
@@ -160,32 +166,38 @@ impl<'a> Connector<'a> {
         }
     }
 
-    /// One place on each beam that light can be scattered from.
-    fn draw(&self, indices: &[usize], rng: &mut Pcg64Mcg) -> Vec<(ViewBeam<'_>, BeamSample)> {
+    /// One place for each of these samples, given with the index of its beam, but where light cannot be scattered.
+    fn draw(
+        &self,
+        samples: impl Iterator<Item = (usize, usize)>,
+        rng: &mut Pcg64Mcg,
+    ) -> Vec<Drawn<'_>> {
         let paths = self.pairs.paths;
         let mut drawn = Vec::new();
-        for beam in indices.iter().map(|&index| paths.view_beam(index)) {
+        for (sample, index) in samples {
+            let beam = paths.view_beam(index);
             let numbers: [f32; NUMBERS] = std::array::from_fn(|_| uniform::next(rng));
             let place = beam_sample::draw(paths, self.pairs.media, &self.lamps_near, beam, numbers);
-            drawn.extend(place.map(|place| (beam, place)));
+            drawn.extend(place.map(|place| Drawn { sample, beam, place }));
         }
         drawn
     }
 
-    fn on_beams(&self, drawn: &[(ViewBeam, BeamSample)]) -> Places {
-        let position = drawn.iter().map(|(beam, place)| beam.segment.at(place.t));
-        Places {
-            medium: drawn.iter().map(|(beam, _)| beam.record.medium).collect(),
+    fn lamps_on_beams(&self, drawn: &[Drawn], rng: &mut Pcg64Mcg) -> SceneResult<Vec<LampSample>> {
+        let position = drawn.iter().map(|drawn| drawn.beam.segment.at(drawn.place.t));
+        let places = Places {
+            medium: drawn.iter().map(|drawn| drawn.beam.record.medium).collect(),
             position: Planes::push_all(position),
             normal: Planes::push_all(drawn.iter().map(|_| Vec3::ZERO)),
-        }
+        };
+        self.lamps(&places, drawn.iter().map(|drawn| drawn.sample), rng)
     }
 
-    /// A sample of the lamps for each place. Those of one receiver, numbered from `first` on, are spread over the lamps.
+    /// A sample of the lamps for each place, by its number: those of one receiver are spread over the lamps.
     fn lamps(
         &self,
         places: &Places,
-        first: usize,
+        samples: impl Iterator<Item = usize>,
         rng: &mut Pcg64Mcg,
     ) -> SceneResult<Vec<LampSample>> {
         let lanes = places.medium.len();
@@ -194,7 +206,7 @@ impl<'a> Connector<'a> {
         }
         let (mut numbers, mut light) = (Vec::new(), LampLight::default());
         uniform::fill(rng, &mut numbers, LAMP_DIMENSIONS * lanes);
-        for (sample, number) in (first..).zip(&mut numbers[..lanes]) {
+        for (sample, number) in samples.zip(&mut numbers[..lanes]) {
             *number = stratified(sample % self.samples, self.samples, *number);
         }
         self.scene.lamp_light(places, &numbers, &mut light)?;

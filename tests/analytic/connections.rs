@@ -5,7 +5,7 @@
 
 use crate::scenes::*;
 use glam::DVec3;
-use statistics::t_test::Estimate;
+use statistics::t_test::{assert_variance, effort, Estimate};
 use std::f64::consts::PI;
 use vpt::analytic::{
     Camera, Contents, Disclosure, Fog, Lamp, Material, Profile, Shape, Surface, World,
@@ -26,12 +26,12 @@ fn connected(photons: u64, radius: f32, jitters: u32) -> Parameters {
     }
 }
 
-fn floor(half_width: f64) -> Surface {
+pub fn floor(half_width: f64) -> Surface {
     let (half_u, half_v) = (half_width * DVec3::X, half_width * DVec3::Y);
     Surface::new(Shape::Rectangle { center: DVec3::ZERO, half_u, half_v }, matt(HALF))
 }
 
-fn above(lamps: Vec<Lamp>, surfaces: Vec<Surface>) -> Contents {
+pub fn above(lamps: Vec<Lamp>, surfaces: Vec<Surface>) -> Contents {
     let camera = Camera::new(3.0 * DVec3::Z, -DVec3::Z, [16, 16], parallel(0.02));
     Contents { surfaces, lamps, ..empty(camera) }
 }
@@ -190,4 +190,75 @@ fn light_that_glass_sends_is_left_to_photons() {
     let expected = f64::from(HALF) / PI * 0.96 * 0.96;
     let parameters = up_to_depth(connected(800_000, 0.5, 4), 4);
     assert_film_noticing(0.03, "pane", contents, &parameters, [expected; 3], 0.0);
+}
+
+/// The sky over a floor. A sample of its directions, uniform over the sphere, has a cosine z that is uniform in [-1, 1] and adds
+/// X = 4 pi z rho/pi = 4 rho z above the horizon: E X = rho, E X² = 16 rho² / 6, so the variance is 5/3 rho². With S samples, S
+/// even, z has S slices of width 2/S, half of them above the horizon: there X is uniform over 8 rho / S, with a variance
+/// of 64 rho² / (12 S²), and the mean of S has 1/S² · S/2 of that, 8/3 rho² / S³. That is less than 1/S of the variance of one sample,
+/// which S independent ones would leave.
+#[test]
+fn samples_of_the_sky_have_one_mean_and_the_variance_of_slices() {
+    let (pixels, jitters, seeds) = (256, 2, 400 * effort());
+    let world = World::new(above(vec![sky()], vec![floor(2.0)]));
+    let rho = f64::from(HALF);
+    for (samples, variance) in [(1, 5.0 / 3.0), (2, 1.0 / 3.0), (4, 1.0 / 24.0)] {
+        let connection_samples = samples;
+        let parameters =
+            Parameters { connection_samples, ..up_to_depth(connected(4, WIDE, jitters), 2) };
+        let values = &film_means(&world, &parameters, seeds)[GREY];
+        let name = format!("{samples} samples");
+        Estimate::of(values).assert_noticing(0.02, &name, rho, 0.0);
+        assert_variance(&name, values, rho * rho * variance / f64::from(pixels * jitters));
+    }
+}
+
+/// Of two lamps an even number of samples takes each as often: nothing is left to chance but where in the window, 0.02 wide, a
+/// view ray goes. There irradiance falls by 3/2 of 0.02²/6 / 0.5², less than a thousandth.
+#[test]
+fn samples_are_spread_over_lamps() {
+    let lamp = |position| Lamp::Point { position, intensity: Rgb::ONE, medium: VACUUM };
+    let lamps = vec![lamp(DVec3::Z), lamp(0.5 * DVec3::Z)];
+    let world = World::new(above(lamps, vec![floor(2.0)]));
+    let expected = f64::from(HALF) * (1.0 + 4.0) / PI;
+    for connection_samples in [1, 2, 3, 4] {
+        let parameters =
+            Parameters { connection_samples, ..up_to_depth(connected(24, WIDE, 24), 2) };
+        let values = &film_means(&world, &parameters, SEEDS)[GREY];
+        let estimate = Estimate::of(values);
+        estimate.assert_equals(&format!("{connection_samples} samples"), expected, 1e-3);
+        let is_exact = estimate.standard_error < 1e-5 * expected;
+        assert_eq!(is_exact, connection_samples % 2 == 0, "{}", estimate.standard_error);
+    }
+}
+
+/// Places along a beam that nothing scatters at count as dark, and do not move the lamps of the places after them.
+#[test]
+fn places_without_fog_leave_the_other_samples_where_they_are() {
+    // One view ray through an atmosphere under the sun: albedo p (1 - exp(-tau (1 + slant))) / (1 + slant), as above. It is so low
+    // that its density is 0 in single precision above 104 scale heights, where a lamp hangs that lights next to nothing but
+    // has nearly half of all places drawn near it.
+    let (slant, albedo) = (1.25, 0.7f32);
+    let (scale_height, tau) = (0.01, 1.0f64);
+    let sun = Lamp::Sun { direction: DVec3::new(0.6, 0.0, -0.8), irradiance: Rgb::ONE };
+    let position = DVec3::new(0.1, 0.0, 1.8);
+    let high = Lamp::Point { position, intensity: Rgb::splat(1e-6), medium: FOG };
+    let top =
+        Shape::Rectangle { center: 2.0 * DVec3::Z, half_u: 9.0 * DVec3::X, half_v: 9.0 * DVec3::Y };
+    let black = Surface { material: matt(0.0), ..floor(9.0) }.between(FOG, VACUUM);
+    let surfaces = vec![black, Surface::new(top, Material::Null).between(VACUUM, FOG)];
+    let sigma_t = Rgb::splat((tau / scale_height) as f32);
+    let profile = Profile::Exponential { scale_height };
+    let fog = Fog { profile, ..Fog::uniform(sigma_t, Rgb::splat(albedo), Phase::Isotropic) };
+    let mut contents = Contents { fogs: vec![fog], ..above(vec![sun, high], surfaces) };
+    contents.camera.film_size = [1, 1];
+    let scattered = -(-tau * (1.0 + slant)).exp_m1() / (1.0 + slant);
+    let expected = f64::from(albedo) / (4.0 * PI) * scattered;
+    for connection_samples in [1, 2] {
+        let parameters =
+            Parameters { connection_samples, ..up_to_depth(connected(800, WIDE, 800), 2) };
+        let name = format!("{connection_samples} samples");
+        // The table of the atmosphere is a broken line.
+        assert_film_noticing(0.2, &name, contents.clone(), &parameters, [expected; 3], 0.01);
+    }
 }

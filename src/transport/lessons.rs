@@ -13,14 +13,14 @@ use crate::scene::{Batch, SceneResult};
 use std::ops::Range;
 
 /// Rounds at least and at most; between them, the first that has enough lessons, counted as if all were of equal worth, is the
-/// last.
+/// last. Where few photons are seen, the first rounds may see none.
 const ROUNDS: [usize; 2] = [4, 10];
 const ENOUGH_LESSONS: f64 = 2000.0;
 /// Walks of a round, per pixel and in all.
 const WALKS_PER_PIXEL: f64 = 0.5;
 const WALKS: [u64; 2] = [1 << 14, 1 << 16];
 
-/// The guide for a pass at this target; none if nothing was seen. What the walks add to the picture is thrown away: a guide
+/// The guide for a pass at this target; none if no round sees anything. What the walks add to the picture is thrown away: a guide
 /// must not depend on what it is used for.
 pub fn learn_guide(target: &Target, seed: u64) -> SceneResult<Option<EmissionGuide>> {
     let pixels = target.receivers.pixels();
@@ -38,10 +38,9 @@ pub fn learn_guide(target: &Target, seed: u64) -> SceneResult<Option<EmissionGui
             Round { seed, number: round as u64, target, guide: teacher.guides.last() }.shoot(batch)
         })?;
         teacher.remember(per_round, &batches);
-        let lessons = teacher.lessons();
+        let lessons = teacher.lessons(round + 1);
         let enough = guide::of_equal_worth(&lessons) >= ENOUGH_LESSONS;
-        let Some(guide) = guide::learn(lessons) else { return Ok(None) };
-        teacher.guides.push(guide);
+        teacher.guides.extend(guide::learn(lessons));
         if enough && round + 1 >= ROUNDS[0] {
             break;
         }
@@ -58,7 +57,7 @@ struct Teacher<'a> {
     /// Walks that added something, with the sum of squares of what they added without their weights, by what errors are
     /// measured by.
     seen: Vec<(guide::Numbers, f64)>,
-    /// By round.
+    /// By round, from the first on that follows one in which something was seen.
     guides: Vec<EmissionGuide>,
 }
 
@@ -92,11 +91,13 @@ impl Teacher<'_> {
         scales
     }
 
-    /// Every walk might have been drawn in any of the rounds, the first of which was even. [Veach 1997]
-    fn lessons(&self) -> Vec<Lesson> {
+    /// Every walk might have been drawn in any of the rounds so far. Each guide has led one; those before there was one were
+    /// even. [Veach 1997]
+    fn lessons(&self, rounds: usize) -> Vec<Lesson> {
+        let even = (rounds - self.guides.len()) as f64;
         let lesson = |&(numbers, square): &(guide::Numbers, f64)| {
             let sum: f64 = self.guides.iter().map(|guide| f64::from(guide.density(&numbers))).sum();
-            Lesson { numbers, worth: square / (1.0 + sum) }
+            Lesson { numbers, worth: square / (even + sum) }
         };
         self.seen.iter().map(lesson).collect()
     }

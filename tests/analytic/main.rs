@@ -13,6 +13,7 @@ mod batches;
 mod connections;
 mod convergence;
 mod furnace;
+mod guided;
 mod memory;
 mod room;
 mod scenes;

@@ -73,6 +73,8 @@ fn render(
         jitter_every: 1,
         photons: PHOTONS,
         estimate_error: false,
+        // What is learnt hangs on rounding: one box more or less, and all photons are others.
+        guided_emission: false,
         ..loaded.parameters(0).unwrap()
     };
     method::render(lent.scene() as &dyn Scene, &parameters, &mut Silent).unwrap()
@@ -166,6 +168,7 @@ fn the_picture_is_the_one_with_everything_forced_on_in_llvm_ad_rgb() {
                 .arg("render")
                 .arg(&path)
                 .args(["-q", "--variant", "llvm_ad_rgb", "--passes", "2", "--effects", effects])
+                .args(["--set", "guided_emission=false"])
                 .args(["--set", &format!("photons={PHOTONS}"), "-o"])
                 .arg(&picture)
                 .output()

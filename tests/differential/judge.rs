@@ -55,6 +55,13 @@ impl Effort {
     const CERTAIN_SEED: u32 = 1_000_000;
 }
 
+/// How photons leave lamps: photon maps know nothing of where photons are seen.
+#[derive(Clone, Copy, PartialEq)]
+enum Emission {
+    Guided,
+    Even,
+}
+
 /// What all scenes of a run have in common.
 #[derive(Clone, Copy)]
 pub struct Run {
@@ -143,10 +150,11 @@ impl<'a> Judge<'a> {
     }
 
     /// Photon maps and beam hierarchies find the pairs that trees of the view find: with new view rays in
-    /// every pass the pictures of one seed are the same.
+    /// every pass the pictures of one seed and of the same emission are the same.
     fn hold_to_twin(&self, method: Method, twin: Method) -> Result<Judgement, String> {
         let one = Effort { first_seeds: 1, most_seeds: 1, ..self.run.effort };
-        let [actual, expected] = [method, twin].map(|m| self.render(m, one, 0, &self.expected));
+        let [actual, expected] = [method, twin]
+            .map(|method| self.render(method, Emission::Even, one, 0, &self.expected));
         let [actual, expected] = [actual?, expected?].map(|p| p[0].value.block_means(BLOCK));
         let bright = expected.iter().flatten().copied().fold(0.0, f64::max);
         let pairs = || actual.iter().flatten().zip(expected.iter().flatten());
@@ -174,7 +182,7 @@ impl<'a> Judge<'a> {
 
     /// Means of all pictures.
     pub fn evidence(&self, method: Method) -> Result<Evidence, String> {
-        let actual = self.render(method, self.run.effort, 0, &self.expected)?;
+        let actual = self.render(method, Emission::Guided, self.run.effort, 0, &self.expected)?;
         Ok(Evidence {
             expected: mean(self.expected.iter()),
             actual: mean(actual.iter().map(|picture| &picture.value)),
@@ -191,7 +199,7 @@ impl<'a> Judge<'a> {
             rr_depth,
             hide_emitters: self.scene.hide_emitters,
         };
-        let loaded = self.load(Method::Ppt, effort, 1.0)?;
+        let loaded = self.load(Method::Ppt, Emission::Even, effort, 1.0)?;
         let integrator = self.session.integrator(name, limits).map_err(|e| e.to_string())?;
         collect(
             effort,
@@ -214,7 +222,7 @@ impl<'a> Judge<'a> {
         first_seed: u32,
         expected: &[Image],
     ) -> Result<Judgement, String> {
-        let pictures = self.render(method, effort, first_seed, expected)?;
+        let pictures = self.render(method, Emission::Guided, effort, first_seed, expected)?;
         let verdict = compare(&pictures, expected);
         let rejected = self.rejected(&verdict);
         let ruling = if let Some(fault) = rejected {
@@ -231,12 +239,13 @@ impl<'a> Judge<'a> {
     fn render(
         &self,
         method: Method,
+        emission: Emission,
         effort: Effort,
         first_seed: u32,
         expected: &[Image],
     ) -> Result<Vec<Picture>, String> {
-        let mut narrow = self.load(method, effort, 1.0)?;
-        let mut wide = self.load(method, effort, 2.0)?;
+        let mut narrow = self.load(method, emission, effort, 1.0)?;
+        let mut wide = self.load(method, emission, effort, 2.0)?;
         let picture = |scene: &mut LoadedScene, seed| {
             scene.render(0, seed, Some(effort.passes), &mut Silent).map_err(|e| e.to_string())?;
             finite(&scene.read_rgb().map_err(|e| e.to_string())?)
@@ -251,9 +260,16 @@ impl<'a> Judge<'a> {
         )
     }
 
-    fn load(&self, method: Method, effort: Effort, scale: f32) -> Result<LoadedScene<'a>, String> {
+    fn load(
+        &self,
+        method: Method,
+        emission: Emission,
+        effort: Effort,
+        scale: f32,
+    ) -> Result<LoadedScene<'a>, String> {
         let settings = [
             ("photons", effort.photons.to_string()),
+            ("guided_emission", (emission == Emission::Guided).to_string()),
             ("rr_depth", self.scene.rr_depth.to_string()),
             ("jitter_every", "1".to_owned()),
             ("estimate_error", "false".to_owned()),

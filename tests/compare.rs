@@ -215,7 +215,7 @@ fn contestants_in_another_variant_render_the_same_picture() {
 #[test]
 fn contestants_with_parameters_of_their_own_render_with_them() {
     let folder = tempfile::tempdir().unwrap();
-    let words = "--methods ppt,ppt+photons=100000 --time 1.5 --seeds 1 -o out --reference-time 1 --reference-method volpath";
+    let words = "--methods ppt+photons=2000,ppt+photons=100000 --time 1.5 --seeds 1 -o out --reference-time 1 --reference-method volpath";
     let output = compare(folder.path(), words);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     let results = results(folder.path());

@@ -58,10 +58,12 @@ const FAST: [&str; 6] = [
     "hidden_lamp",
 ];
 const FAST_LLVM: [&str; 2] = ["ball_rayleigh", "room_diffuse"];
-/// `ppt` on all of them, with connections and as it is by default on two, the other methods on one.
+/// `ppt` on all of them, with connections and as it is by default on two, `ppbt` as it is by default on one of these and another,
+/// the other methods on one.
 const FAST_METHODS: [&str; 1] = ["ppt"];
 const FAST_METHODS_LLVM: [&str; 1] = ["ppt_fast"];
 const FAST_CONNECTIONS_SCENES: [&str; 2] = ["smoke_spot", "room_diffuse"];
+const FAST_BEAMS_SCENES: [&str; 2] = ["smoke_spot", "lamp_in_ball"];
 const FAST_OTHERS: [&str; 5] = ["ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"];
 const FAST_OTHERS_SCENE: [&str; 1] = ["ball_rayleigh"];
 
@@ -84,6 +86,12 @@ fn connections_agree_in_scalar_rgb() {
         &cases(&FAST_CONNECTIONS_SCENES),
         &methods(&["ppt_connections", "ppt_fast"]),
     );
+    assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
+}
+
+#[test]
+fn photon_beams_agree_as_they_are_by_default_in_scalar_rgb() {
+    let table = judge("scalar_rgb", &cases(&FAST_BEAMS_SCENES), &methods(&["ppbt_fast"]));
     assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
 }
 

@@ -46,6 +46,9 @@ const CONNECTIONS: Method = Method {
 /// `ppt` as it is if nobody says otherwise.
 const FAST: Method = Method { name: "ppt_fast", settings: &[], ..CONNECTIONS };
 
+/// The same with photon beams, which bring many pairs each.
+const FAST_BEAMS: Method = Method { name: "ppbt_fast", method: "ppbt", photons: 0.35, ..FAST };
+
 /// The other methods share receivers, radii and film with `ppt`. What is theirs, the weights of
 /// photons and beams, shows in the whole image: half the precision costs a quarter of the photons.
 const fn at_half_precision(name: &'static str, photons: f64) -> Method {
@@ -55,7 +58,7 @@ const fn at_half_precision(name: &'static str, photons: f64) -> Method {
 
 /// Chains give a third of their effort to the uniform stream, which the mean of the image hangs on.
 /// Beams bring many pairs each.
-pub const METHODS: [Method; 8] = [
+pub const METHODS: [Method; 9] = [
     in_full("ppt"),
     at_half_precision("ppbt", 0.7),
     at_half_precision("ppt_metro", 3.5),
@@ -64,6 +67,7 @@ pub const METHODS: [Method; 8] = [
     at_half_precision("ppb", 0.7),
     CONNECTIONS,
     FAST,
+    FAST_BEAMS,
 ];
 
 /// How a scene is rendered: passes of `photons` emitted walks each, starting with these radii in

@@ -48,10 +48,10 @@ results FOLDER="reproduction":
 bench:
     cargo bench
 
-# Measure, and write docs/PERFORMANCE.md
-performance:
+# Measure, and write docs/PERFORMANCE.md; `just performance walks` renews one part of it
+performance *PARTS:
     cargo build --release
-    benches/performance.sh
+    benches/performance.sh {{PARTS}}
 
 fmt:
     cargo fmt

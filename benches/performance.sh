@@ -1,14 +1,18 @@
 #!/usr/bin/env bash
-# Writes docs/PERFORMANCE.md: what `benches/performance.sh` measures on the machine that it runs on, word for word.
-# Takes a quarter of an hour; nothing else should run beside it.
+# Writes docs/PERFORMANCE.md: what the commands below print on the machine that they run on, word for word.
+#
+#     benches/performance.sh                 measures everything; takes half an hour, and nothing else should run beside it
+#     benches/performance.sh walks queries   measures these parts anew and keeps the others
+#
+# Each part lies in docs/performance, with the commit and the machine that it was measured on.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-out=docs/PERFORMANCE.md
-part=$(mktemp)
+parts=(errors walks passes queries effects)
+contestants='ppt,ppt+preset=paper,ppbt,ppt_metro,ppbt_metro,apa,ppb,volpath'
 errors=$(mktemp)
 pictures=$(mktemp -d)
-trap 'rm -rf "$part" "$errors" "$pictures"' EXIT
+trap 'rm -rf "$errors" "$pictures"' EXIT
 
 # What a command prints on stdout, without colours.
 measured() {
@@ -21,21 +25,11 @@ measured() {
     printf '```\n\n'
 }
 
-contestants='ppt,ppt+preset=paper,ppbt,ppt_metro,ppbt_metro,apa,ppb,volpath'
-
-{
-    cat <<TEXT
-# Performance
-
-Written by \`just performance\`, which runs every command below and copies what it prints. Read ratios within one table: machines differ, and
-this one drifts.
-
-Machine: $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores;
-$(rustc --version); commit $(git rev-parse --short HEAD).
-
+measure_errors() {
+    cat <<'TEXT'
 ## Error for time
 
-Equal wall time for all, Dr.Jit's LLVM variant on all cores. Methods have the default preset; \`ppt+preset=paper\` is the publication's.
+Equal wall time for all, Dr.Jit's LLVM variant on all cores. Methods have the default preset; `ppt+preset=paper` is the publication's.
 
 TEXT
     for scene in caustic_fog window_room cornell_fog smoke; do
@@ -44,6 +38,9 @@ TEXT
     --methods $contestants \\
     --time 6 --seeds 2 --reference-time 40 -o $pictures/$scene" | sed "s#$pictures#out#"
     done
+}
+
+measure_walks() {
     cat <<'TEXT'
 ## Walks
 
@@ -51,6 +48,9 @@ Vertices per second of photon walks, one thread: through the seam (batches, C AB
 
 TEXT
     measured 'cargo bench --bench photon_walk'
+}
+
+measure_passes() {
     cat <<'TEXT'
 ## Passes
 
@@ -60,21 +60,60 @@ each). Below, two threads against one, and what of a render with the default pre
 TEXT
     measured 'cargo bench --bench passes -- scalar_rgb'
     measured 'cargo bench --bench passes -- llvm_ad_rgb'
-    cat <<TEXT
+}
+
+measure_queries() {
+    cat <<'TEXT'
 ## Queries
 
-Accepted pairs per second (\`thrpt\`): photons among the beams of a pinhole, photons on surfaces among visible points, photon beams among view
-beams. \`no_search\` is a loop over the very pairs that all accept; \`bvh\` and \`kiddo\` are the crates, \`uniform_grid\` is the bench's own. Photons find
-ten pairs in the mean whatever the number of receivers; \`_sorted\` puts them in order first, as gathering does, and counts the time for it. The program
-asks \`ApexGrid\` and \`ViewPointTree\`, and \`ViewBeamTree\` for beams that do not come from a pinhole and for photon beams.
+Accepted pairs per second (`thrpt`): photons among the beams of a pinhole, photons on surfaces among visible points, photon beams among view
+beams. `no_search` is a loop over the very pairs that all accept; `bvh` and `kiddo` are the crates, `uniform_grid` is the bench's own. Photons find
+ten pairs in the mean whatever the number of receivers; `_sorted` puts them in order first, as gathering does, and counts the time for it. The program
+asks `ApexGrid` and `ViewPointTree`, and `ViewBeamTree` for beams that do not come from a pinhole and for photon beams.
 
 TEXT
     measured 'cargo bench --bench tree_query -- "beams/|points/"'
+}
+
+measure_effects() {
     cat <<'TEXT'
 ## What a scene does not call for
 
 TEXT
     measured 'cargo bench --bench effects'
+}
+
+origin() {
+    local state
+    state=$(git rev-parse --short HEAD)
+    printf 'Commit %s; %s, %s cores; %s.\n\n' "$state" \
+        "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" "$(nproc)" "$(rustc --version)"
+}
+
+[ $# -gt 0 ] || set -- "${parts[@]}"
+mkdir -p docs/performance
+for part in "$@"; do
+    declare -F "measure_$part" >/dev/null || {
+        echo "no part is called $part; there are: ${parts[*]}" >&2
+        exit 2
+    }
+    {
+        "measure_$part"
+        origin
+    } >"$pictures/part.md"
+    mv "$pictures/part.md" "docs/performance/$part.md"
+done
+
+{
+    cat <<'TEXT'
+# Performance
+
+Written by `just performance`, which runs every command below and copies what it prints. Read ratios within one table: machines differ, and
+this one drifts.
+
+TEXT
+    for part in "${parts[@]}"; do
+        [ ! -e "docs/performance/$part.md" ] || cat "docs/performance/$part.md"
+    done
     cat benches/tried.md
-} >"$part"
-cp "$part" "$out"
+} >docs/PERFORMANCE.md

@@ -118,7 +118,7 @@ fn target_error_ends_the_render_and_the_error_image_agrees_with_the_number() {
     write_scene(folder.path(), [0.9; 8]);
     let options = [
         "--target-error",
-        "0.1",
+        "0.05",
         "--set",
         "error_image=true",
         "--set",
@@ -131,7 +131,7 @@ fn target_error_ends_the_render_and_the_error_image_agrees_with_the_number() {
     let stats: serde_json::Value = serde_json::from_slice(&stats).unwrap();
     assert_eq!(stats["ending"], "accuracy");
     let number = stats["estimated_error"]["relative"].as_f64().unwrap();
-    assert!(number <= 0.1, "{number}");
+    assert!(number <= 0.05, "{number}");
     assert!(stats["passes"].as_u64().unwrap() >= 16, "{}", stats["passes"]);
 
     let path = folder.path().join("picture.exr");

@@ -18,7 +18,7 @@ const ROUNDS: [usize; 2] = [4, 10];
 const ENOUGH_LESSONS: f64 = 2000.0;
 /// Walks of a round, per pixel and in all.
 const WALKS_PER_PIXEL: f64 = 0.5;
-const WALKS: [u64; 2] = [1 << 14, 1 << 16];
+const WALKS: [u64; 2] = [1 << 12, 1 << 16];
 
 /// The guide for a pass at this target; none if no round sees anything. What the walks add to the picture is thrown away: a guide
 /// must not depend on what it is used for.

@@ -53,13 +53,17 @@ fn nested_media(trial: &mut Trial) -> Result<(), SelftestError> {
 
 /// A walk through the box has 4/3 sigma_t segments on average.
 fn thin_and_thick_media(trial: &mut Trial) -> Result<(), SelftestError> {
+    // Where connections bring what the sky sends straight, photons bring the rest alone. That falls toward the boundaries of the
+    // inner box, over half of its width of 1 at its optical depth of 4: their kernel misses half of its square at most (measured:
+    // 2.3, 0.7 and 0.3 % at radii of 0.25, 0.125 and 0.08).
+    const RADIUS: f64 = 0.25;
     for sigma_t in ["1e-6", "1e-3", "1e2"] {
         let scene = trial.bench.load(FURNACE, &[("sigma_t", sigma_t.to_owned())])?;
         let lent = scene.lend(0)?;
         let what = format!("sigma_t {sigma_t}");
         let methods = [Method::Ppt, Method::Ppbt];
-        let expected = Expected::grey(1.0).noticing(0.5);
-        trial.film_by(&methods, &what, lent.scene(), &one_pass(12_000, 0.25), expected)?;
+        let expected = Expected::grey(1.0).noticing(0.5).with_bias(0.5 * RADIUS * RADIUS);
+        trial.film_by(&methods, &what, lent.scene(), &one_pass(12_000, RADIUS), expected)?;
     }
     Ok(())
 }

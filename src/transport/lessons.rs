@@ -18,14 +18,22 @@ const ROUNDS: [usize; 2] = [4, 10];
 const ENOUGH_LESSONS: f64 = 2000.0;
 /// Walks of a round, per pixel and in all.
 const WALKS_PER_PIXEL: f64 = 0.5;
-const WALKS: [u64; 2] = [1 << 12, 1 << 16];
+const WALKS: [u64; 2] = [1 << 14, 1 << 16];
+/// And of the walks of the pass that asks at most so many times as many: where walks are dear, few are asked for.
+const PASSES_PER_ROUND: u64 = 2;
 
 /// The guide for a pass at this target; none if no round sees anything. What the walks add to the picture is thrown away: a guide
 /// must not depend on what it is used for.
-pub fn learn_guide(target: &Target, seed: u64) -> SceneResult<Option<EmissionGuide>> {
+pub fn learn_guide(
+    target: &Target,
+    seed: u64,
+    walks_per_pass: u64,
+) -> SceneResult<Option<EmissionGuide>> {
     let pixels = target.receivers.pixels();
     let [fewest, most] = WALKS;
-    let per_round = ((WALKS_PER_PIXEL * pixels as f64) as u64).clamp(fewest, most);
+    let per_round = ((WALKS_PER_PIXEL * pixels as f64) as u64)
+        .clamp(fewest, most)
+        .min(PASSES_PER_ROUND * walks_per_pass);
     let mut teacher = Teacher {
         target,
         walks: 0,

@@ -58,7 +58,7 @@ impl UniformShooter {
             return Ok(Counters::default());
         }
         if matches!(self.guidance, Guidance::Wanted) {
-            let learnt = learn_guide(target, self.seed)?;
+            let learnt = learn_guide(target, self.seed, walks)?;
             self.guidance = learnt.map_or(Guidance::None, Guidance::Learnt);
         }
         let batching = target.scene.batching();

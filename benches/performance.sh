@@ -3,6 +3,7 @@
 #
 #     benches/performance.sh                 measures everything; takes half an hour, and nothing else should run beside it
 #     benches/performance.sh walks queries   measures these parts anew and keeps the others
+#     benches/performance.sh assemble        measures nothing
 #
 # Each part lies in docs/performance, with the commit and the machine that it was measured on.
 set -euo pipefail
@@ -91,6 +92,7 @@ origin() {
 }
 
 [ $# -gt 0 ] || set -- "${parts[@]}"
+[ "$*" != assemble ] || set --
 mkdir -p docs/performance
 for part in "$@"; do
     declare -F "measure_$part" >/dev/null || {

@@ -61,7 +61,7 @@ struct Grown {
     cell: Cell,
     worth: f64,
     lessons_of_equal_worth: f64,
-    /// `sqrt(worth * volume)`: the leaf's part of the cost.
+    /// The leaf's part of the cost.
     cost: f64,
     lessons: Vec<Lesson>,
     cut: Option<(usize, f64, [u32; 2])>,
@@ -99,7 +99,7 @@ impl Growing {
     fn add(&mut self, cell: Cell, lessons: Vec<Lesson>) -> u32 {
         let node = self.nodes.len() as u32;
         let worth: f64 = lessons.iter().map(|lesson| lesson.worth).sum();
-        let cost = (worth * cell.volume()).sqrt();
+        let cost = cost(&cell, worth);
         self.cost += cost;
         let lessons_of_equal_worth = of_equal_worth(&lessons);
         let least = (SIGNIFICANCE * cost / lessons_of_equal_worth).max(LEAST_SAVING * self.cost);
@@ -126,7 +126,6 @@ impl Growing {
     fn settle(self) -> EmissionGuide {
         let worths = self.smoothed_worths();
         let leaves = self.nodes.iter().zip(&worths).filter(|(grown, _)| grown.cut.is_none());
-        let cost = |cell: &Cell, worth: f64| (worth * cell.volume()).sqrt();
         let whole: f64 = leaves.map(|(grown, &worth)| cost(&grown.cell, worth)).sum();
         let mut probability = vec![0.0; self.nodes.len()];
         let mut nodes = vec![Node::Leaf { density: 1.0 }; self.nodes.len()];
@@ -165,9 +164,15 @@ impl Growing {
     }
 }
 
+/// What a leaf adds to the standard deviation under the best densities.
+// [Guided emission]
+fn cost(cell: &Cell, worth: f64) -> f64 {
+    (worth * cell.volume()).sqrt()
+}
+
 /// Axis, place and saving of the cut of a box that saves the most, if that is more than the `least`.
 fn best_cut(cell: &Cell, lessons: &[Lesson], worth: f64, least: f64) -> Option<(usize, f64, f64)> {
-    let cost = (worth * cell.volume()).sqrt();
+    let cost = cost(cell, worth);
     let mut best = None;
     let mut best_saving = least;
     for axis in 0..GUIDED_DIMENSIONS {

@@ -120,7 +120,7 @@ impl Gathering<'_> {
         let (mut collisions, mut landings) = (Vec::new(), Vec::new());
         for lane in lanes {
             match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
-                Event::Medium(p) if self.wanted.medium => collisions.push(p),
+                Event::Medium(p) if self.asks(&p) => collisions.push(p),
                 Event::Surface(p) if self.wanted.surface => landings.push(p),
                 _ => {}
             }
@@ -159,14 +159,16 @@ impl Gathering<'_> {
         });
     }
 
+    /// Whether a collision looks for beams: as a point always, as the end of a beam where that may run along one of them.
+    fn asks(&self, p: &MediumPhoton) -> bool {
+        let is_point = self.target.particles == Particles::Points;
+        self.wanted.medium && (is_point || self.pairs.paths.beam_cone.may_be_parallel(p.direction))
+    }
+
     /// A photon point, or the end of a photon beam.
     fn collision<S: Sink>(&self, p: &MediumPhoton, out: &mut Gathered<S>) {
         let Target { receivers, particles, radii, .. } = self.target;
-        let paths = self.pairs.paths;
         let are_points = *particles == Particles::Points;
-        if !are_points && !paths.beam_cone.may_be_parallel(p.direction) {
-            return;
-        }
         out.counters.medium_photons += 1;
         receivers.beams_around(p.position, radii.medium, |index, t, d2| {
             let beam = receivers.view_beam(index);

@@ -1,4 +1,4 @@
-//! Walks whose emission is guided.
+//! Walks whose emission may be guided.
 
 use super::numbers::{Numbers, Uniform};
 use crate::guide::EmissionGuide;
@@ -6,16 +6,16 @@ use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 
-/// Independent numbers, those of the emission with the density of a guide.
+/// Independent numbers, those of the emission with the density of a guide if there is one.
 pub struct Guided<'a> {
     rest: Uniform,
-    guide: &'a EmissionGuide,
+    guide: Option<&'a EmissionGuide>,
     /// Of the walks of the batch.
     weights: Vec<f32>,
 }
 
 impl<'a> Guided<'a> {
-    pub fn new(rng: Pcg64Mcg, guide: &'a EmissionGuide) -> Self {
+    pub fn new(rng: Pcg64Mcg, guide: Option<&'a EmissionGuide>) -> Self {
         Guided { rest: Uniform(rng), guide, weights: Vec::new() }
     }
 }
@@ -25,9 +25,10 @@ impl Numbers for Guided<'_> {
 
     fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
         self.rest.emission(walks, out);
+        let Some(guide) = self.guide else { return };
         self.weights.clear();
         for walk in 0..walks {
-            let (numbers, density) = self.guide.warp(self.rest.0.random());
+            let (numbers, density) = guide.warp(self.rest.0.random());
             for (axis, number) in numbers.into_iter().enumerate() {
                 out[axis * walks + walk] = number;
             }
@@ -40,6 +41,6 @@ impl Numbers for Guided<'_> {
     }
 
     fn weights(&self) -> Option<&[f32]> {
-        Some(&self.weights)
+        self.guide.map(|_| self.weights.as_slice())
     }
 }

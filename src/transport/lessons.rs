@@ -4,11 +4,10 @@
 use super::deposits::{Deposit, Sink};
 use super::gather::Target;
 use super::guided::Guided;
-use super::numbers::{Numbers, Uniform};
+use super::numbers::Numbers;
 use super::photon::Family;
 use crate::guide::{self, EmissionGuide, Lesson};
 use crate::math::uniform::{self, Purpose};
-use crate::math::Rgb;
 use crate::scene::{Batch, SceneResult};
 use std::ops::Range;
 
@@ -92,7 +91,7 @@ impl Teacher<'_> {
         let mut scales: Vec<f64> =
             self.radiance.iter().map(|radiance| radiance / self.walks as f64).collect();
         for (own, &connected) in scales.iter_mut().zip(&self.target.receivers.paths.connected) {
-            *own += f64::from(mean(connected));
+            *own += f64::from(connected.mean());
         }
         let whole = scales.iter().sum::<f64>() / scales.len() as f64;
         scales.iter_mut().for_each(|own| *own += whole);
@@ -122,16 +121,8 @@ struct Round<'a> {
 impl Round<'_> {
     fn shoot(&self, batch: Batch) -> SceneResult<Emitted> {
         let stream = |purpose| uniform::stream(self.seed, purpose, self.number, batch.number);
-        let rng = stream(Purpose::Lessons);
-        match self.guide {
-            None => self.shoot_by(batch, Uniform(rng)),
-            Some(guide) => self.shoot_by(batch, Guided::new(rng, guide)),
-        }
-    }
-
-    fn shoot_by(&self, batch: Batch, numbers: impl Numbers) -> SceneResult<Emitted> {
-        let mut tables =
-            uniform::stream(self.seed, Purpose::LessonTables, self.number, batch.number);
+        let numbers = Guided::new(stream(Purpose::Lessons), self.guide);
+        let mut tables = stream(Purpose::LessonTables);
         let mut remembered = Remembered { numbers, emitted: Vec::new(), weights: Vec::new() };
         let wanted = self.target.wanted();
         let (deposits, _) = self.target.shoot(
@@ -159,16 +150,12 @@ struct Deposited(Vec<(u32, u32, f32)>);
 
 impl Sink for Deposited {
     fn push(&mut self, walk: u32, _: Family, deposit: Deposit) {
-        self.0.push((walk, deposit.pixel, mean(deposit.radiance)));
+        self.0.push((walk, deposit.pixel, deposit.radiance.mean()));
     }
 
     fn append(&mut self, mut other: Self) {
         self.0.append(&mut other.0);
     }
-}
-
-fn mean(radiance: Rgb) -> f32 {
-    (radiance.r + radiance.g + radiance.b) / 3.0
 }
 
 /// Remembers what walks were emitted with.

@@ -6,7 +6,6 @@ use super::deposits::{Deposits, PixelSums};
 use super::gather::Target;
 use super::guided::Guided;
 use super::lessons::learn_guide;
-use super::numbers::Uniform;
 use super::splat::Splat;
 use crate::guide::EmissionGuide;
 use crate::math::uniform::{self, Purpose};
@@ -32,6 +31,15 @@ enum Guidance {
     /// By what is to be learnt before the first photon.
     Wanted,
     Learnt(EmissionGuide),
+}
+
+impl Guidance {
+    fn guide(&self) -> Option<&EmissionGuide> {
+        match self {
+            Guidance::Learnt(guide) => Some(guide),
+            Guidance::None | Guidance::Wanted => None,
+        }
+    }
 }
 
 impl UniformShooter {
@@ -90,18 +98,10 @@ impl UniformShooter {
         batch: Batch,
     ) -> SceneResult<(Splat, Counters)> {
         let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch.number);
-        let rng = stream(Purpose::Photons);
+        let mut numbers = Guided::new(stream(Purpose::Photons), self.guidance.guide());
         let mut tables = stream(Purpose::PhotonTables);
         let (wanted, pixels) = (target.wanted(), target.receivers.pixels());
-        let (lanes, splat) = (batch.lanes, || Splat::new(pixels));
-        match &self.guidance {
-            Guidance::Learnt(guide) => {
-                target.shoot(lanes, &mut Guided::new(rng, guide), &mut tables, wanted, splat)
-            }
-            Guidance::None | Guidance::Wanted => {
-                target.shoot(lanes, &mut Uniform(rng), &mut tables, wanted, splat)
-            }
-        }
+        target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, || Splat::new(pixels))
     }
 
     /// Sizes the next round by what the last one held.

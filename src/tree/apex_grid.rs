@@ -11,7 +11,7 @@
 //! the roundings that [`super::ViewBeamTree`] allows for) of the line through the apex: the ball of that size around it
 //! touches the line, whose slopes lie between those of the ball's tangents.
 
-use super::beam::Beam;
+use super::beam::{self, Beam};
 use super::heap_bytes;
 use crate::math::Segment;
 use glam::{DMat3, DVec3, Mat3, Vec3};
@@ -167,10 +167,7 @@ impl ApexGrid {
 
     /// Hands out the indices of the beams in the order of the cells, and numbers them in that order from now on.
     pub fn take_order(&mut self) -> Vec<u32> {
-        (0..)
-            .zip(&mut self.beams)
-            .map(|(place, beam)| std::mem::replace(&mut beam.index, place))
-            .collect()
+        beam::take_order(&mut self.beams)
     }
 
     /// A beam by its number, once the grid has numbered them.

@@ -20,3 +20,8 @@ impl Beam {
         is_pair.then_some((t, distance_squared))
     }
 }
+
+/// Hands out the indices of beams in their order, and numbers them in that order from now on.
+pub(super) fn take_order(beams: &mut [Beam]) -> Vec<u32> {
+    (0..).zip(beams).map(|(place, beam)| std::mem::replace(&mut beam.index, place)).collect()
+}

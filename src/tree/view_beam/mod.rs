@@ -24,7 +24,7 @@ mod validate;
 
 pub use build::{BuildOptions, SplitAxis};
 
-use super::beam::Beam;
+use super::beam::{self, Beam};
 use super::heap_bytes;
 use crate::math::{Aabb, Segment};
 
@@ -75,10 +75,7 @@ impl ViewBeamTree {
 
     /// Hands out the indices of the segments in the order of the curve, and numbers them in that order from now on.
     pub fn take_order(&mut self) -> Vec<u32> {
-        (0..)
-            .zip(&mut self.beams)
-            .map(|(place, beam)| std::mem::replace(&mut beam.index, place))
-            .collect()
+        beam::take_order(&mut self.beams)
     }
 
     /// A segment by its number, once the tree has numbered them.

@@ -25,7 +25,9 @@ public:
         place.p = position;
         place.n = normal;
         place.time = m_sensor->shutter_open();
-        auto [ds, value] = m_scene->sample_emitter_direction(place, lamp, false, true);
+        auto [emitter, inverse_probability, again] = m_tables.lamps().choose(lamp.x(), true);
+        auto [ds, value] = emitter->sample_direction(place, Point2f(again, lamp.y()), true);
+        value *= inverse_probability;
         Mask lit = ds.pdf > 0.f && m_tables.emitter_medium(ds.emitter, true).second;
         Mask far = has_flag(dr::select(lit, ds.emitter->flags(lit), 0u), EmitterFlags::Infinite);
         Way way{ place.spawn_ray_to(ds.p), ds.p, far, medium, dr::zeros<SurfaceInteraction3f>(dr::width(position)),

@@ -139,10 +139,11 @@ private:
     void emit(const Sensor *sensor, const float *numbers, size_t n, Walk &walk, size_t e) const {
         auto number = [&](size_t i) { return read<Float>(numbers + i * n, n, e); };
         Float time = sensor->shutter_open() + number(5) * sensor->shutter_open_time();
-        auto [ray, weight, emitter] = m_scene->sample_emitter_ray(
-            time, number(0), Point2f(number(1), number(2)), Point2f(number(3), number(4)), true);
+        auto [emitter, inverse_probability, again] = m_tables.lamps().choose(number(0), true);
+        auto [ray, weight] = emitter->sample_ray(time, again, Point2f(number(1), number(2)),
+                                                 Point2f(number(3), number(4)), true);
         walk.ray = ray;
-        walk.flux = unpolarized_spectrum(weight);
+        walk.flux = unpolarized_spectrum(weight) * inverse_probability;
         walk.density = UnpolarizedSpectrum(1.f);
         walk.emitted = dr::max(walk.flux);
         walk.channel = dr::minimum(UInt32(number(6) * 3.f), 2u);

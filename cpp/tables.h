@@ -2,7 +2,7 @@
 // Lambertian reflectors; and in which medium each emitter's light starts.
 #pragma once
 
-#include "lanes.h"
+#include "lamps.h"
 #include "vpt.h"
 
 #include <string>
@@ -54,7 +54,8 @@ public:
                     EmitterPtr, PhaseFunction, Volume)
     static constexpr bool Jit = dr::is_jit_v<Float>;
 
-    SceneTables(Scene *scene, Sensor *sensor) : m_scene(scene), m_sensor(sensor) {
+    SceneTables(Scene *scene, Sensor *sensor)
+        : m_scene(scene), m_sensor(sensor), m_lamps(scene), m_shapes(shapes_of(scene)) {
         visit(scene);
         collect_media();
         collect_bsdfs();
@@ -66,6 +67,7 @@ public:
     const std::vector<VptMedium> &media() const { return m_descriptions; }
     const std::vector<VptSurface> &surfaces() const { return m_surfaces; }
     const std::vector<VptEmitter> &emitters() const { return m_emitters; }
+    const Lamps<Float, Spectrum> &lamps() const { return m_lamps; }
     const char *sensor_name() const { return m_sensor_name; }
     const std::vector<std::string> &warnings() const { return m_warnings; }
 
@@ -111,8 +113,8 @@ public:
             return { dr::gather<MediumPtr>(m_emitter_media_dr, id, active),
                      dr::gather<UInt32>(m_emitter_lit, id, active) != 0 };
         } else {
-            for (size_t i = 0; i < m_scene->emitters().size(); ++i)
-                if (m_scene->emitters()[i].get() == emitter)
+            for (size_t i = 0; i < m_lamps.all().size(); ++i)
+                if (m_lamps.all()[i] == emitter)
                     return { m_emitter_media[i], m_emitter_shines[i] };
             return { nullptr, false };
         }
@@ -129,6 +131,13 @@ private:
             visit(const_cast<Medium *>(shape->interior_medium()));
             visit(const_cast<Medium *>(shape->exterior_medium()));
         }
+    }
+
+    static std::vector<Shape *> shapes_of(Scene *scene) {
+        std::vector<Shape *> shapes;
+        for (auto &shape : scene->shapes())
+            shapes.push_back(shape.get());
+        return in_order<Shape, Shape>(shapes, [](const Shape *shape) { return shape; });
     }
 
     template <typename T> std::vector<T *> all_of() const {
@@ -155,13 +164,15 @@ private:
 
     void collect_media() {
         add_medium(m_sensor->medium());
-        for (auto &shape : m_scene->shapes()) {
+        for (Shape *shape : m_shapes) {
             add_medium(shape->interior_medium());
             add_medium(shape->exterior_medium());
         }
-        for (auto &emitter : m_scene->emitters())
+        for (Emitter *emitter : m_lamps.all())
             add_medium(emitter->medium());
-        for (const Medium *medium : all_of<Medium>())
+        std::vector<Medium *> nested = all_of<Medium>();
+        std::sort(nested.begin(), nested.end(), [](Medium *a, Medium *b) { return a->id() < b->id(); });
+        for (const Medium *medium : nested)
             add_medium(medium);
         if constexpr (Jit) {
             std::vector<uint32_t> index_by_id(registry_bound("Medium"), VPT_VACUUM);
@@ -287,9 +298,7 @@ private:
 
     // Shapes that carry a material, those inside shape groups too, in an order that the scene decides.
     void collect_surfaces() {
-        std::vector<const Shape *> shapes;
-        for (auto &shape : m_scene->shapes())
-            shapes.push_back(shape.get());
+        std::vector<const Shape *> shapes(m_shapes.begin(), m_shapes.end());
         std::vector<Shape *> nested = all_of<Shape>();
         std::sort(nested.begin(), nested.end(), [](Shape *a, Shape *b) { return a->id() < b->id(); });
         for (const Shape *shape : nested)
@@ -320,7 +329,7 @@ private:
     }
 
     void collect_emitters() {
-        for (auto &emitter : m_scene->emitters()) {
+        for (Emitter *emitter : m_lamps.all()) {
             bool is_environment = emitter->is_environment();
             auto bounds = emitter->bbox();
             bool near = !has_flag(emitter->flags(), EmitterFlags::Infinite) && bounds.valid();
@@ -328,7 +337,7 @@ private:
             m_emitters.push_back({ keep_name(*emitter), emitter->shape() || is_environment, is_environment,
                                    { centre.x(), centre.y(), centre.z() },
                                    near ? .5f * dr::norm(bounds.extents()) : -1.f });
-            const Medium *medium = medium_around(emitter.get());
+            const Medium *medium = medium_around(emitter);
             bool infinite = has_flag(emitter->flags(), EmitterFlags::Infinite);
             bool shines =
                 !(infinite && medium && medium->is_homogeneous() && extinguishes(medium));
@@ -345,7 +354,7 @@ private:
             std::vector<const Medium *> media(bound, nullptr);
             std::vector<uint32_t> lit(bound, 0);
             for (size_t i = 0; i < m_emitter_media.size(); ++i) {
-                uint32_t id = jit_registry_id(m_scene->emitters()[i].get());
+                uint32_t id = jit_registry_id(m_lamps.all()[i]);
                 media[id] = m_emitter_media[i];
                 lit[id] = m_emitter_shines[i];
             }
@@ -425,6 +434,8 @@ private:
     std::unordered_set<Object *> m_visited;
     Scene *m_scene;
     Sensor *m_sensor;
+    Lamps<Float, Spectrum> m_lamps;
+    std::vector<Shape *> m_shapes;
     std::vector<const Medium *> m_media;
     std::vector<std::unique_ptr<std::string>> m_names;
     std::vector<VptMedium> m_descriptions;

@@ -91,6 +91,37 @@ fn the_same_seed_gives_the_same_bits_with_any_number_of_threads() {
 
 /// One voxel's albedo is not a number: photons that collide there are dropped, counted and reported,
 /// and the picture is that of the others.
+/// Mitsuba orders meshes, and so the lamps on them, by addresses; which lamp a number chooses must not follow.
+#[test]
+fn the_same_seed_gives_the_same_bits_in_every_process() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path(), [0.9; 8]);
+    let lamps: String = (1..5)
+        .map(|lamp| {
+            format!(
+                r#"<shape type="rectangle">
+                    <transform name="to_world">
+                        <scale value="0.1"/><translate x="{}" y="0.2" z="0.9"/>
+                    </transform>
+                    <emitter type="area"><rgb name="radiance" value="{lamp}, 2, 1"/></emitter>
+                    <ref name="exterior" id="fog"/>
+                </shape>"#,
+                0.3 * f64::from(lamp) - 0.75
+            )
+        })
+        .collect();
+    let scene = SCENE.replace("</scene>", &format!("{lamps}</scene>"));
+    fs::write(folder.path().join("scene.xml"), scene).unwrap();
+    let bits = || {
+        render(folder.path(), "picture.exr", &["--passes", "1", "--variant", "scalar_rgb"]);
+        fs::read(folder.path().join("picture.exr")).unwrap()
+    };
+    let first = bits();
+    for process in 1..6 {
+        assert!(bits() == first, "process {process} rendered another picture");
+    }
+}
+
 #[test]
 fn what_is_not_a_number_is_dropped_and_reported() {
     let folder = tempfile::tempdir().unwrap();

@@ -53,6 +53,11 @@ performance *PARTS:
     cargo build --release
     benches/performance.sh {{PARTS}}
 
+# Render the pictures of docs/GALLERY.md again, all or those whose commands hold a word: `just gallery smoke`
+gallery *WORDS:
+    cargo build --release
+    docs/gallery.sh {{WORDS}}
+
 fmt:
     cargo fmt
 

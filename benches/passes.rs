@@ -8,8 +8,11 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 use std::time::Instant;
 use vpt::host::session::{LoadedScene, SceneFile, Session};
+use vpt::math::uniform::{self, Purpose};
 use vpt::method::{self, Method, Parameters, PhaseSeconds, Preset, Progressive};
 use vpt::scene::Scene;
+use vpt::transport::numbers::Uniform;
+use vpt::transport::walks::Walks;
 
 const SCENES: [&str; 3] = ["cornell_fog", "window_room", "smoke"];
 const TURNS: usize = 5;
@@ -56,7 +59,10 @@ fn paper(loaded: &LoadedScene, method: Method, jitter_every: u32) -> Parameters 
 }
 
 fn against_baselines(scenes: &[(&str, LoadedScene)]) {
-    println!("\n{:<28} {:>12} {:>12}  ratio", "passes per second", "method", "baseline");
+    println!(
+        "\n{:<28} {:>12} {:>12}  {:<22} {:>12}  bound",
+        "passes per second", "method", "baseline", "ratio", "walks alone"
+    );
     for (name, loaded) in scenes {
         let lent = loaded.lend(0).expect("the scene is lent");
         let begin = |parameters| begin(lent.scene(), &parameters);
@@ -64,10 +70,16 @@ fn against_baselines(scenes: &[(&str, LoadedScene)]) {
             for jitter_every in [PASSES, 1] {
                 let mut first = begin(paper(loaded, method, jitter_every));
                 let mut second = begin(paper(loaded, baseline, 1));
-                let turns =
-                    by_turns(|| [passes_per_second(&mut first), passes_per_second(&mut second)]);
+                let walks = paper(loaded, method, jitter_every);
+                let turns = by_turns(|| {
+                    let pair = [passes_per_second(&mut first), passes_per_second(&mut second)];
+                    let alone = walks_per_second(lent.scene(), &walks);
+                    [pair[0], pair[1], alone]
+                });
                 let (method, baseline) = (method.name(), baseline.name());
-                print_row(&format!("{name} {method}({jitter_every}) {baseline}"), &turns);
+                let row = row(&format!("{name} {method}({jitter_every}) {baseline}"), &turns);
+                let [second, alone] = [1, 2].map(|which| median(&turns, which));
+                println!("{row} {alone:>12.2}  {:.2}", alone / second);
             }
         }
     }
@@ -86,7 +98,8 @@ fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
             let on = |pool: &ThreadPool| {
                 pool.install(|| passes_per_second(&mut begin(scene, &parameters)))
             };
-            print_row(&format!("{name} {}", method.name()), &by_turns(|| [on(&two), on(&one)]));
+            let turns = by_turns(|| [on(&two), on(&one)]);
+            println!("{}", row(&format!("{name} {}", method.name()), &turns));
         }
     }
 }
@@ -120,7 +133,7 @@ fn begin<'a>(scene: &'a dyn Scene, parameters: &Parameters) -> Box<dyn Progressi
 }
 
 /// What turns measure, the first of them left out.
-fn by_turns(mut turn: impl FnMut() -> [f64; 2]) -> Vec<[f64; 2]> {
+fn by_turns<const N: usize>(mut turn: impl FnMut() -> [f64; N]) -> Vec<[f64; N]> {
     turn();
     (0..TURNS).map(|_| turn()).collect()
 }
@@ -133,17 +146,36 @@ fn passes_per_second(render: &mut Box<dyn Progressive + '_>) -> f64 {
     f64::from(PASSES) / clock.elapsed().as_secs_f64()
 }
 
-fn print_row(name: &str, turns: &[[f64; 2]]) {
-    let quantile = |mut values: Vec<f64>, share: f64| {
-        values.sort_by(f64::total_cmp);
-        values[(share * (values.len() - 1) as f64).round() as usize]
-    };
-    let of = |which: usize| turns.iter().map(|turn| turn[which]).collect::<Vec<_>>();
-    let ratios: Vec<f64> = turns.iter().map(|[first, second]| first / second).collect();
-    let [low, middle, high] = [0.25, 0.5, 0.75].map(|share| quantile(ratios.clone(), share));
-    println!(
-        "{name:<28} {:>12.2} {:>12.2}  {middle:.2} ({low:.2} to {high:.2})",
-        quantile(of(0), 0.5),
-        quantile(of(1), 0.5)
-    );
+/// What passes would take if all that is done with photons, view rays and trees cost nothing.
+fn walks_per_second(scene: &dyn Scene, parameters: &Parameters) -> f64 {
+    let plan = parameters.plan(scene.description());
+    let with_segments = matches!(parameters.method, Method::Ppbt | Method::Ppb);
+    let clock = Instant::now();
+    for pass in 0..PASSES {
+        let walk = |batch: vpt::scene::Batch| {
+            let stream = uniform::stream(1, Purpose::Photons, u64::from(pass), batch.number);
+            let walks = Walks { scene, plan: &plan, count: batch.lanes, with_segments };
+            walks.trace(&mut Uniform(stream), |_, _| Ok(()))
+        };
+        scene.batching().run_all(parameters.photons, walk).expect("walks");
+    }
+    f64::from(PASSES) / clock.elapsed().as_secs_f64()
+}
+
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[(share * (values.len() - 1) as f64).round() as usize]
+}
+
+fn median<const N: usize>(turns: &[[f64; N]], which: usize) -> f64 {
+    quantile(turns.iter().map(|turn| turn[which]), 0.5)
+}
+
+/// The medians of the first two, and their ratio.
+fn row<const N: usize>(name: &str, turns: &[[f64; N]]) -> String {
+    let [low, middle, high] =
+        [0.25, 0.5, 0.75].map(|share| quantile(turns.iter().map(|turn| turn[0] / turn[1]), share));
+    let ratio = format!("{middle:.2} ({low:.2} to {high:.2})");
+    format!("{name:<28} {:>12.2} {:>12.2}  {ratio:<22}", median(turns, 0), median(turns, 1))
 }

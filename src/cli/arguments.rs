@@ -3,6 +3,7 @@
 use super::reproduce::Choice;
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand};
+use clap_complete::Shell;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -22,6 +23,8 @@ pub enum Command {
     Reproduce(ReproduceArguments),
     Selftest(SelftestArguments),
     PluginDir(PluginDirArguments),
+    Completions(CompletionsArguments),
+    Man(ManArguments),
     /// Started by `compare`: one contestant in a process of its own.
     #[command(name = "contestant", hide = true)]
     Contestant,
@@ -272,6 +275,24 @@ pub struct SelftestArguments {
 pub struct PluginDirArguments {
     /// Folder to fill [default: vpt-plugins next to the program, or in the user's cache folder]
     pub dir: Option<PathBuf>,
+}
+
+/// Print a script that completes the program's commands and options in a shell.
+///
+/// For bash: vpt completions bash > ~/.local/share/bash-completion/completions/vpt
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// Shell that reads the script
+    pub shell: Shell,
+}
+
+/// Write the manual pages of the program and of all its commands.
+///
+/// For man to find them: vpt man ~/.local/share/man/man1
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// Folder for vpt.1, vpt-render.1 and so on; it is made if need be
+    pub dir: PathBuf,
 }
 
 /// `NAME=VALUE`; the value may be empty or hold more `=`.

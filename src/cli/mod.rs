@@ -9,7 +9,7 @@
 //!
 //! Everything that the program has to say goes to stderr, except for results: the line that sums a
 //! render up, what a scene calls for, the table of a comparison, what it says of the paper's claims, the table of the
-//! self-test, and the folder of `plugin-dir`.
+//! self-test, the folder of `plugin-dir`, and the script of `completions`.
 
 mod arguments;
 #[cfg(test)]
@@ -21,6 +21,7 @@ mod goal;
 mod inspect;
 mod interrupt;
 mod job;
+mod manual;
 mod memory;
 mod plugin_dir;
 mod progress;
@@ -82,6 +83,8 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Contestant => compare::serve(),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),
+        Command::Completions(arguments) => manual::print_completions(&arguments),
+        Command::Man(arguments) => manual::write_pages(&arguments),
     }
 }
 

@@ -9,9 +9,10 @@
 #include <stdlib.h>
 
 typedef struct VptStats VptStats;
+typedef struct VptFilm VptFilm;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 6
+#define VPT_ABI_VERSION 7
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -392,6 +393,20 @@ typedef struct VptProgress {
   struct VptShooting surface_shooting;
   struct VptShooting medium_shooting;
   struct VptError error;
+  // Width and height of the film's storage, and values per pixel: red, green and blue first, the weight that divides
+  // them last.
+  uint32_t film_size[2];
+  uint32_t film_channels;
+  // The film so far, to be handed to `read_film`. Valid during the call, on its thread.
+  const VptFilm *film;
+  // Writes the film's weighted sums over all passes done, the present jitter's among them, to `storage` of
+  // `storage_size` values (width x height x channels, row by row). It costs a splat of a jitter, so ask where the
+  // picture is wanted. Returns 0, or 1 with one sentence in `error`.
+  int32_t (*read_film)(const VptFilm *film,
+                       double *storage,
+                       size_t storage_size,
+                       char *error,
+                       size_t error_size);
 } VptProgress;
 
 // Watches a render.

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::ops::ControlFlow;
 use std::time::Duration;
 use vpt::markov::{FamilyReport, Mode};
-use vpt::method::{ErrorEstimate, Observer, Progress};
+use vpt::method::{ErrorEstimate, FilmSoFar, Observer, Progress};
 
 /// What is shown.
 #[derive(Debug, Clone)]
@@ -117,7 +117,7 @@ impl Reporter {
 }
 
 impl Observer for Reporter {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+    fn progress(&mut self, progress: &Progress, _: &dyn FilmSoFar) -> ControlFlow<()> {
         self.passes = progress.passes;
         self.error = progress.error;
         self.show(progress);
@@ -180,6 +180,8 @@ fn line(progress: &Progress, goal: &Goal) -> String {
 mod tests {
     use super::*;
     use vpt::density::radius::Radii;
+    use vpt::film::FilmSums;
+    use vpt::method::RenderError;
     use vpt::transport::photon::PerFamily;
 
     fn progress(passes_done: u32, seconds: f64) -> Progress {
@@ -237,13 +239,21 @@ mod tests {
         );
     }
 
+    struct NoFilm;
+
+    impl FilmSoFar for NoFilm {
+        fn film(&self) -> Result<FilmSums, RenderError> {
+            unreachable!("nobody asks for it")
+        }
+    }
+
     #[test]
     fn reporter_ends_the_render_when_asked() {
         let interrupt = Interrupt::default();
         let mut reporter = Reporter::new(Display::Nothing, interrupt.clone(), Goal::default());
-        assert_eq!(reporter.progress(&progress(0, 0.0)), ControlFlow::Continue(()));
+        assert_eq!(reporter.progress(&progress(0, 0.0), &NoFilm), ControlFlow::Continue(()));
         assert_eq!(reporter.passes(), 20);
         interrupt.request();
-        assert_eq!(reporter.progress(&progress(1, 1.0)), ControlFlow::Break(()));
+        assert_eq!(reporter.progress(&progress(1, 1.0), &NoFilm), ControlFlow::Break(()));
     }
 }

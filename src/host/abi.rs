@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 6;
+pub const VPT_ABI_VERSION: u32 = 7;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -397,6 +397,11 @@ pub struct VptError {
     pub jitters: u32,
 }
 
+/// A film that only the engine can read.
+pub struct VptFilm {
+    _opaque: [u8; 0],
+}
+
 /// The state of a render between two passes.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -410,6 +415,22 @@ pub struct VptProgress {
     pub surface_shooting: VptShooting,
     pub medium_shooting: VptShooting,
     pub error: VptError,
+    /// Width and height of the film's storage, and values per pixel: red, green and blue first, the weight that divides
+    /// them last.
+    pub film_size: [u32; 2],
+    pub film_channels: u32,
+    /// The film so far, to be handed to `read_film`. Valid during the call, on its thread.
+    pub film: *const VptFilm,
+    /// Writes the film's weighted sums over all passes done, the present jitter's among them, to `storage` of
+    /// `storage_size` values (width x height x channels, row by row). It costs a splat of a jitter, so ask where the
+    /// picture is wanted. Returns 0, or 1 with one sentence in `error`.
+    pub read_film: unsafe extern "C" fn(
+        film: *const VptFilm,
+        storage: *mut f64,
+        storage_size: usize,
+        error: *mut c_char,
+        error_size: usize,
+    ) -> i32,
 }
 
 /// A statistics report that only the engine can read.

@@ -4,9 +4,10 @@ use super::abi::*;
 use super::scene::HostScene;
 use crate::markov::{FamilyReport, Mode};
 use crate::method::{
-    self, ErrorEstimate, Observer, Outcome, ParameterError, Parameters, Preset, Progress, Stats,
+    self, ErrorEstimate, FilmSoFar, Observer, Outcome, ParameterError, Parameters, Preset,
+    Progress, Stats,
 };
-use crate::scene::{PathLimits, Scene, UNBOUNDED_DEPTH};
+use crate::scene::{PathLimits, Scene, SceneDescription, UNBOUNDED_DEPTH};
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
@@ -116,16 +117,9 @@ pub unsafe extern "C" fn vpt_render(
             )
         };
         // SAFETY: as above; the observer outlives the call.
-        let mut watch = Watch(unsafe { &*observer });
+        let mut watch = Watch::new(unsafe { &*observer }, scene.description());
         let outcome = on_threads(threads, &scene, &parameters, &mut watch)?;
-        if outcome.film.values.len() != storage.len() {
-            return Err(format!(
-                "the film's storage holds {} values, but {} were expected",
-                storage.len(),
-                outcome.film.values.len()
-            )
-            .into());
-        }
+        check_size(storage, &outcome.film.values)?;
         for (sum, value) in storage.iter_mut().zip(&outcome.film.values) {
             *sum += value;
         }
@@ -315,23 +309,35 @@ fn raw_error(e: ErrorEstimate) -> VptError {
     }
 }
 
-struct Watch<'a>(&'a VptObserver);
+/// The caller's observer.
+struct Watch<'a> {
+    observer: &'a VptObserver,
+    film_size: [u32; 2],
+    film_channels: u32,
+}
 
-impl Watch<'_> {
+impl<'a> Watch<'a> {
+    fn new(observer: &'a VptObserver, scene: &SceneDescription) -> Self {
+        let SceneDescription { film_pixels, film_width, film_channels, .. } = *scene;
+        let film_size = [film_width, film_pixels / film_width.max(1)];
+        Watch { observer, film_size, film_channels }
+    }
+
     fn finish(&self, stats: &Stats) {
         for warning in &stats.warnings {
             let message = CString::new(warning.replace('\0', " ")).unwrap_or_default();
             // SAFETY: the message lives during the call.
-            unsafe { (self.0.warn)(self.0.context, message.as_ptr()) };
+            unsafe { (self.observer.warn)(self.observer.context, message.as_ptr()) };
         }
         let report: *const Stats = stats;
         // SAFETY: the report lives during the call; only `session` looks into it.
-        unsafe { (self.0.finished)(self.0.context, report.cast()) };
+        unsafe { (self.observer.finished)(self.observer.context, report.cast()) };
     }
 }
 
 impl Observer for Watch<'_> {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+    fn progress(&mut self, progress: &Progress, film: &dyn FilmSoFar) -> ControlFlow<()> {
+        let lent = LentFilm { film };
         let out = VptProgress {
             passes_done: progress.passes_done,
             passes: progress.passes,
@@ -342,13 +348,55 @@ impl Observer for Watch<'_> {
             surface_shooting: raw_shooting(&progress.shooting.surface),
             medium_shooting: raw_shooting(&progress.shooting.medium),
             error: raw_error(progress.error.unwrap_or_default()),
+            film_size: self.film_size,
+            film_channels: self.film_channels,
+            film: (&raw const lent).cast(),
+            read_film,
         };
         // SAFETY: the callback was promised to be valid for the render.
-        match unsafe { (self.0.progress)(self.0.context, &out) } {
+        match unsafe { (self.observer.progress)(self.observer.context, &out) } {
             0 => ControlFlow::Continue(()),
             _ => ControlFlow::Break(()),
         }
     }
+}
+
+/// A film as it goes through the C ABI.
+struct LentFilm<'a> {
+    film: &'a dyn FilmSoFar,
+}
+
+/// # Safety
+/// `film` must be that of the progress under way, `storage` hold `size` values and `error` `error_size` bytes.
+unsafe extern "C" fn read_film(
+    film: *const VptFilm,
+    storage: *mut f64,
+    size: usize,
+    error: *mut c_char,
+    error_size: usize,
+) -> i32 {
+    fenced(error, error_size, || {
+        // SAFETY: the caller hands back the pointer of its progress, which lives during the call.
+        let lent = unsafe { &*film.cast::<LentFilm>() };
+        // SAFETY: the caller promised room for `size` values.
+        let storage = unsafe { std::slice::from_raw_parts_mut(storage, size) };
+        let film = lent.film.film()?;
+        check_size(storage, &film.values)?;
+        storage.copy_from_slice(&film.values);
+        Ok(())
+    })
+}
+
+fn check_size(storage: &[f64], film: &[f64]) -> Result<(), AnyError> {
+    if film.len() == storage.len() {
+        return Ok(());
+    }
+    Err(format!(
+        "the film's storage holds {} values, but {} were expected",
+        storage.len(),
+        film.len()
+    )
+    .into())
 }
 
 extern "C" {

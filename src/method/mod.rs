@@ -20,7 +20,7 @@ pub use crate::film::error::ErrorEstimate;
 pub use crate::transport::counters::Counters;
 pub use effects::{EffectReport, Work};
 pub use inspect::{inspect, Inspection};
-pub use observer::{Observer, Progress, Silent};
+pub use observer::{FilmSoFar, Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters, Shooting};
 pub use preset::Preset;
 pub use run::Progressive;
@@ -58,7 +58,7 @@ pub fn render(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, RenderError> {
     let mut render = begin(scene, parameters)?;
-    while goes_on(&render.progress(), parameters, observer) {
+    while goes_on(&*render, parameters, observer) {
         render.advance()?;
     }
     render.finish()
@@ -84,9 +84,19 @@ pub fn begin<'a>(
     begin(scene, &parameters.settled(scene.description()))
 }
 
+/// A render as its observer sees it.
+struct Held<'a>(&'a dyn Progressive);
+
+impl FilmSoFar for Held<'_> {
+    fn film(&self) -> Result<FilmSums, RenderError> {
+        self.0.film()
+    }
+}
+
 /// Tells the observer how far the render is; false where it has ended.
-fn goes_on(progress: &Progress, parameters: &Parameters, observer: &mut dyn Observer) -> bool {
-    let stopped = observer.progress(progress).is_break();
+fn goes_on(render: &dyn Progressive, parameters: &Parameters, observer: &mut dyn Observer) -> bool {
+    let progress = render.progress();
+    let stopped = observer.progress(&progress, &Held(render)).is_break();
     let timed_out = parameters.timeout.is_some_and(|limit| progress.seconds >= limit.as_secs_f64());
     let accurate = parameters.target_error > 0.0
         && progress.error.is_some_and(|error| error.reaches(parameters.target_error));

@@ -1,5 +1,7 @@
+use super::RenderError;
 use crate::density::radius::Radii;
 use crate::film::error::ErrorEstimate;
+use crate::film::FilmSums;
 use crate::markov::FamilyReport;
 use crate::transport::photon::PerFamily;
 use std::ops::ControlFlow;
@@ -20,17 +22,23 @@ pub struct Progress {
     pub error: Option<ErrorEstimate>,
 }
 
+/// The film of a render between two passes, for those who ask.
+pub trait FilmSoFar {
+    /// Sums over all passes done; it costs a splat of the present jitter.
+    fn film(&self) -> Result<FilmSums, RenderError>;
+}
+
 /// Watches a render; asked once before the first pass and after every pass.
 pub trait Observer {
     /// `Break` ends the render with what has been gathered.
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
+    fn progress(&mut self, progress: &Progress, film: &dyn FilmSoFar) -> ControlFlow<()>;
 }
 
 /// Watches nothing and never stops.
 pub struct Silent;
 
 impl Observer for Silent {
-    fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
+    fn progress(&mut self, _: &Progress, _: &dyn FilmSoFar) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }

@@ -76,6 +76,24 @@ fn a_picture_through_the_abi_has_the_bits_of_the_engine() {
     }
 }
 
+/// What the observer reads after the last pass is what the render returns, be the last jitter under way (the paper's have
+/// four passes) or over.
+#[test]
+fn the_film_between_passes_has_the_bits_of_the_engine() {
+    let world = world(Disclosure::Full);
+    for preset in [c"paper", c"fast"] {
+        let parameters = RawParameters {
+            preset: preset.into(),
+            reads_film: true,
+            ..small(["", "", "", "", ""])
+        };
+        let returned = render(&world, &parameters, None).unwrap();
+        assert!(returned.storage.iter().any(|value| *value > 0.0));
+        assert_eq!(returned.last_film, returned.storage, "{preset:?}");
+        assert_eq!(returned.progress_calls, 3);
+    }
+}
+
 /// A storage of another size than the film's is refused before anything is written to it.
 #[test]
 fn a_storage_of_the_wrong_size_is_refused() {

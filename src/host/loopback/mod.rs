@@ -21,6 +21,8 @@ pub struct RawParameters {
     pub photon_beams: CString,
     pub effects: CString,
     pub preset: CString,
+    /// Whether the observer reads the film between passes.
+    pub reads_film: bool,
 }
 
 impl RawParameters {
@@ -36,6 +38,7 @@ impl RawParameters {
             photon_beams: CString::new(photon_beams)?,
             effects: CString::new(effects)?,
             preset: CString::default(),
+            reads_film: false,
         })
     }
 
@@ -59,6 +62,8 @@ pub struct Returned {
     pub storage: Vec<f64>,
     /// Red, green and blue of every film pixel.
     pub error_image: Vec<f32>,
+    /// The film as the last call of `progress` read it; empty where none did.
+    pub last_film: Vec<f64>,
     pub progress_calls: u32,
     pub warnings: Vec<String>,
 }
@@ -78,10 +83,11 @@ pub fn render(
     let mut returned = Returned {
         storage: vec![0.0; size],
         error_image: vec![0.0; 3 * pixels],
+        last_film: Vec::new(),
         progress_calls: 0,
         warnings: Vec::new(),
     };
-    let mut watched = Watched::default();
+    let mut watched = Watched { reads_film: parameters.reads_film, ..Watched::default() };
     let observer = VptObserver {
         context: (&raw mut watched).cast(),
         progress: Watched::progress,
@@ -107,6 +113,7 @@ pub fn render(
         return Err(unsafe { CStr::from_ptr(sentence.as_ptr()) }.to_string_lossy().into_owned());
     }
     (returned.progress_calls, returned.warnings) = (watched.calls, watched.warnings);
+    returned.last_film = watched.film;
     Ok(returned)
 }
 
@@ -114,14 +121,33 @@ pub fn render(
 #[derive(Default)]
 struct Watched {
     calls: u32,
+    reads_film: bool,
+    film: Vec<f64>,
     warnings: Vec<String>,
 }
 
 impl Watched {
-    unsafe extern "C" fn progress(context: *mut c_void, _: *const VptProgress) -> i32 {
-        // SAFETY: `context` is the value that `render` keeps.
-        unsafe { (*context.cast::<Watched>()).calls += 1 };
-        0
+    /// Reads the film where that is wanted, and ends the render where that fails.
+    unsafe extern "C" fn progress(context: *mut c_void, progress: *const VptProgress) -> i32 {
+        // SAFETY: `context` is the value that `render` keeps, `progress` valid during the call.
+        let (watched, progress) = unsafe { (&mut *context.cast::<Watched>(), &*progress) };
+        watched.calls += 1;
+        if !watched.reads_film {
+            return 0;
+        }
+        let sizes = [progress.film_size[0], progress.film_size[1], progress.film_channels];
+        watched.film.resize(sizes.map(|n| n as usize).iter().product(), f64::NAN);
+        let mut sentence: [c_char; 512] = [0; 512];
+        // SAFETY: the film is the progress's own, and the sizes are those of the arrays.
+        unsafe {
+            (progress.read_film)(
+                progress.film,
+                watched.film.as_mut_ptr(),
+                watched.film.len(),
+                sentence.as_mut_ptr(),
+                sentence.len(),
+            )
+        }
     }
 
     unsafe extern "C" fn finished(_: *mut c_void, _: *const VptStats) {}

@@ -3,12 +3,14 @@
 use super::ffi::call;
 use super::{HostError, HostResult};
 use crate::density::radius::Radii;
+use crate::film::FilmSums;
 use crate::host::abi::{
     VptError, VptObserver, VptProgress, VptShooting, VptStats, VPT_SHOOTING_METROPOLIS,
     VPT_SHOOTING_UNIFORM,
 };
 use crate::markov::{FamilyReport, Mode};
-use crate::method::{ErrorEstimate, Observer, Progress, Stats};
+use crate::method::{ErrorEstimate, FilmSoFar, Observer, Progress, RenderError, Stats};
+use crate::scene::SceneError;
 use crate::transport::photon::PerFamily;
 use std::ffi::{c_char, c_void};
 use std::ops::ControlFlow;
@@ -50,9 +52,27 @@ unsafe extern "C" fn bridge_progress(context: *mut c_void, progress: *const VptP
         error: read_error(&p.error),
     };
     let watched = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        bridge.observer.progress(&progress)
+        bridge.observer.progress(&progress, &LentFilm(p))
     }));
     i32::from(!matches!(watched, Ok(ControlFlow::Continue(()))))
+}
+
+/// The film of the progress under way.
+struct LentFilm<'a>(&'a VptProgress);
+
+impl FilmSoFar for LentFilm<'_> {
+    fn film(&self) -> Result<FilmSums, RenderError> {
+        let VptProgress { film_size: [width, height], film_channels, film, read_film, .. } =
+            *self.0;
+        let mut values =
+            vec![0.0; [width, height, film_channels].map(|n| n as usize).iter().product()];
+        // SAFETY: the progress lends its film for as long as the callback runs, and the sizes are the array's.
+        call(|error, size| unsafe {
+            read_film(film, values.as_mut_ptr(), values.len(), error, size)
+        })
+        .map_err(|HostError(sentence)| SceneError(sentence))?;
+        Ok(FilmSums { values })
+    }
 }
 
 fn read_shooting(raw: &VptShooting) -> FamilyReport {

@@ -44,7 +44,9 @@ public:
         m_parameters.connection_samples = props.get<int64_t>("connection_samples", defaults.connection_samples);
         m_parameters.estimate_error = props.get<bool>("estimate_error", true);
         m_parameters.target_error = props.get<ScalarFloat>("target_error", 0.f);
-        m_error_image = props.get<bool>("error_image", false);
+        m_layers = props.get<bool>("layers", false);
+        m_parameters.layers = m_layers;
+        m_error_image = props.get<bool>("error_image", m_layers && m_parameters.estimate_error);
         if (m_error_image && !m_parameters.estimate_error)
             Throw("vpt: error_image is true, but estimate_error is false, so there would be nothing to see; set "
                   "estimate_error to true");
@@ -81,20 +83,27 @@ public:
         std::vector<double> storage((size_t) description.film_pixels * description.film_channels);
         vpt::RenderWatch watch([this] { return should_stop(); });
         VptObserver observer = watch.table();
-        std::vector<float> error_image(m_error_image ? 3 * (size_t) description.film_pixels : 0);
+        Extras extras(m_layers, m_error_image, description.film_pixels);
         char error[4096];
         if (vpt_render(&table, &parameters, &observer, storage.data(), storage.size(),
-                       m_error_image ? error_image.data() : nullptr, error, sizeof(error)) != 0)
+                       extras.errors(), extras.layers(), error, sizeof(error)) != 0)
             Throw("vpt: %s", error);
 
-        if (m_error_image)
-            film->prepare(aov_names());
-        put(film, storage, description.film_channels, error_image);
+        auto aovs = aov_names();
+        if (!aovs.empty())
+            film->prepare(aovs);
+        put(film, storage, description.film_channels, extras);
         return develop ? film->develop() : TensorXf();
     }
 
     std::vector<std::string> aov_names() const override {
-        return m_error_image ? std::vector<std::string>{ "error.R", "error.G", "error.B" } : std::vector<std::string>();
+        std::vector<std::string> names;
+        if (m_layers)
+            names = { "surfaces.R", "surfaces.G", "surfaces.B", "media.R",    "media.G",
+                      "media.B",    "emission.R", "emission.G", "emission.B", "samples.Y" };
+        if (m_error_image)
+            names.insert(names.end(), { "error.R", "error.G", "error.B" });
+        return names;
     }
 
     std::string to_string() const override {
@@ -131,17 +140,30 @@ private:
         return value == "true" ? VPT_CONNECTIONS_ON : VPT_CONNECTIONS_OFF;
     }
 
+    // What the engine gives beside the picture, by pixel; empty where it is not asked for.
+    struct Extras {
+        Extras(bool with_layers, bool with_errors, size_t pixels)
+            : sums(with_layers ? VPT_LAYER_CHANNELS * pixels : 0), error_image(with_errors ? 3 * pixels : 0) {}
+        double *layers() { return sums.empty() ? nullptr : sums.data(); }
+        float *errors() { return error_image.empty() ? nullptr : error_image.data(); }
+        std::vector<double> sums;
+        std::vector<float> error_image;
+    };
+
     // The film divides all channels by the weight, the last of the engine's.
-    static void put(Film *film, const std::vector<double> &storage, size_t channels,
-                    const std::vector<float> &error_image) {
+    static void put(Film *film, const std::vector<double> &storage, size_t channels, const Extras &extras) {
         ref<ImageBlock> block = film->create_block();
         block->set_offset(film->crop_offset());
         std::vector<float> values;
         for (size_t pixel = 0; pixel < storage.size() / channels; ++pixel) {
             const double *sums = storage.data() + pixel * channels;
             values.insert(values.end(), sums, sums + channels);
-            for (size_t channel = 0; channel < 3 && !error_image.empty(); ++channel)
-                values.push_back(error_image[3 * pixel + channel] * (float) sums[channels - 1]);
+            if (!extras.sums.empty()) {
+                auto first = extras.sums.begin() + VPT_LAYER_CHANNELS * pixel;
+                values.insert(values.end(), first, first + VPT_LAYER_CHANNELS);
+            }
+            for (size_t channel = 0; channel < 3 && !extras.error_image.empty(); ++channel)
+                values.push_back(extras.error_image[3 * pixel + channel] * (float) sums[channels - 1]);
         }
         auto &array = block->tensor().array();
         array = dr::load<std::decay_t<decltype(array)>>(values.data(), values.size());
@@ -150,7 +172,7 @@ private:
 
     std::string m_preset, m_method, m_radius_schedule, m_shooting, m_photon_beams, m_effects;
     VptParameters m_parameters;
-    bool m_error_image;
+    bool m_error_image, m_layers;
 };
 
 NAMESPACE_END(mitsuba)

@@ -51,6 +51,7 @@ const Parameter PARAMETERS[] = {
     { "max_depth", Kind::Integer, true },      { "rr_depth", Kind::Integer, true },
     { "hide_emitters", Kind::Boolean, true },  { "estimate_error", Kind::Boolean, false },
     { "target_error", Kind::Number, false },   { "error_image", Kind::Boolean, false },
+    { "layers", Kind::Boolean, false },
     { "timeout", Kind::Number, true },
 };
 
@@ -264,7 +265,7 @@ void render(Object *root, uint32_t sensor, uint32_t seed, uint32_t passes) {
     scene->integrator()->render(scene, sensor, seed, passes, false, true);
 }
 
-// The film's picture without the channels of errors, which few formats can hold.
+// The film's picture without layers and errors, which few formats can hold.
 template <typename Float, typename Spectrum> ref<Bitmap> picture(Object *root, uint32_t sensor) {
     ref<Bitmap> bitmap = film<Float, Spectrum>(root, sensor)->bitmap();
     if (bitmap->pixel_format() != Bitmap::PixelFormat::MultiChannel)
@@ -283,6 +284,36 @@ void write(Object *root, uint32_t sensor, const fs::path &path) {
         film->write(path);
     else
         picture<Float, Spectrum>(root, sensor)->write(path);
+}
+
+// The film's sums as they are, pixel by pixel.
+template <typename Float, typename Spectrum>
+void read_film(Object *root, uint32_t sensor, float *out, size_t size) {
+    auto tensor = film<Float, Spectrum>(root, sensor)->develop(true);
+    if (tensor.size() != size)
+        Throw("the film holds %i values, but %i were expected", (int) tensor.size(), (int) size);
+    if constexpr (dr::is_jit_v<Float>) {
+        dr::eval(tensor.array());
+        jit_memcpy(dr::backend_v<Float>, out, tensor.array().data(), size * sizeof(float));
+    } else {
+        std::memcpy(out, tensor.data(), size * sizeof(float));
+    }
+}
+
+// What the film says of itself, and the names of the channels behind its weight with a comma behind each.
+template <typename Float, typename Spectrum>
+void describe_film(Object *root, uint32_t sensor, std::string &says, std::string &others, uint32_t &has_alpha) {
+    auto *film = ::film<Float, Spectrum>(root, sensor);
+    says = film->to_string();
+    has_alpha = has_flag(film->flags(), FilmFlags::Alpha);
+    for (const std::string &name : as_scene<Float, Spectrum>(root)->integrator()->aov_names())
+        others += name + ",";
+}
+
+void copy_text(const std::string &text, char *out, size_t size) {
+    if (text.size() >= size)
+        Throw("a text of %i bytes does not fit into %i", (int) text.size(), (int) size);
+    std::memcpy(out, text.c_str(), text.size() + 1);
 }
 
 // Gives the engine's callbacks for a scene, to be used until the returned owner is released.
@@ -405,6 +436,26 @@ int32_t vpt_scene_write(void *scene_, uint32_t sensor, const char *path, char *e
         MI_INVOKE_VARIANT(scene->variant, write, scene->root.get(), sensor, fs::path(path));
     });
 }
+
+int32_t vpt_scene_describe_film(void *scene_, uint32_t sensor, char *says, char *others, size_t text_size,
+                                uint32_t *has_alpha, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        std::string of_film, names;
+        MI_INVOKE_VARIANT(scene->variant, describe_film, scene->root.get(), sensor, of_film, names, *has_alpha);
+        copy_text(of_film, says, text_size);
+        copy_text(names, others, text_size);
+    });
+}
+
+int32_t vpt_scene_read_film(void *scene_, uint32_t sensor, float *out, size_t values, char *error, size_t size) {
+    return guarded(error, size, [&] {
+        auto *scene = static_cast<LoadedScene *>(scene_);
+        MI_INVOKE_VARIANT(scene->variant, read_film, scene->root.get(), sensor, out, values);
+    });
+}
+
+const char *vpt_mitsuba_version() { return MI_VERSION; }
 
 int32_t vpt_scene_read_rgb(void *scene_, uint32_t sensor, float *out, char *error, size_t size) {
     return guarded(error, size, [&] {

@@ -97,6 +97,10 @@ typedef struct VptFilm VptFilm;
 
 #define VPT_EFFECT_ENVIRONMENT (1 << 11)
 
+// Values per film pixel of the layers that `vpt_render` writes: red, green and blue of surfaces, media and direct emission, and
+// the number of deposits.
+#define VPT_LAYER_CHANNELS 10
+
 // The integrator's parameters; names and meanings are those of `method::Parameters`.
 typedef struct VptParameters {
   // What is in force where nothing else is said.
@@ -131,6 +135,7 @@ typedef struct VptParameters {
   // 0 for automatic.
   int64_t connection_samples;
   uint32_t estimate_error;
+  uint32_t layers;
   // 0 for none.
   double target_error;
   uint64_t seed;
@@ -444,17 +449,19 @@ int32_t vpt_check_parameters(const struct VptParameters *parameters,
 
 // Renders the scene behind `host` and adds the film's weighted sums to `storage`. Writes the estimated
 // standard error of red, green and blue of every film pixel to `error_image`, unless that is null; zeros
-// where nothing is known. Returns 0, or 1 with one sentence in `error`.
+// where nothing is known. Writes the layers' sums, to be divided by the film's weights, to `layers`, unless that is null; zeros
+// where the parameters do not ask for them. Returns 0, or 1 with one sentence in `error`.
 //
 // # Safety
 // All pointers must be valid for the call; `storage` must hold `storage_size` values and `error_image`
-// three per film pixel; the callbacks of `host` and `observer` must keep the promises of this page.
+// three and `layers` `VPT_LAYER_CHANNELS` per film pixel; the callbacks of `host` and `observer` must keep the promises of this page.
 int32_t vpt_render(const struct VptHost *host,
                    const struct VptParameters *parameters,
                    const struct VptObserver *observer,
                    double *storage,
                    size_t storage_size,
                    float *error_image,
+                   double *layers,
                    char *error,
                    size_t error_size);
 

@@ -337,7 +337,7 @@ fn a_state_of(paper: &Paper, seed: u64) -> [f64; 2] {
         plan: &plan,
     };
     let mut shooter = ChainShooter::new(seed, 8);
-    let mut sums = PixelSums::new(receivers.pixels());
+    let mut sums = receivers.paths.new_sums();
     shooter.shoot(&target, 0, 2000, &mut sums).unwrap();
     let population = shooter.population(Family::Surface).expect("the paper is seen");
     let state = population.states().last().expect("2000 walks, and one in 50 is visible");

@@ -1,6 +1,7 @@
 //! Sums of film samples over all jitters of the view rays.
 
 pub mod error;
+pub mod layers;
 
 use crate::math::Rgb;
 use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
@@ -29,10 +30,28 @@ impl FilmSums {
         self.values.iter_mut().zip(&other.values).for_each(|(mine, theirs)| *mine += theirs);
     }
 
+    /// Red, green and blue of each pixel: sums over weights, 0 where nothing was added. `channels` are the values per pixel.
+    pub fn means(&self, channels: usize) -> Vec<[f32; 3]> {
+        let mean = |sums: &[f64]| {
+            let weight = sums[channels - 1];
+            let scale = if weight != 0.0 { 1.0 / weight } else { 0.0 };
+            [0, 1, 2].map(|channel| (sums[channel] * scale) as f32)
+        };
+        self.values.chunks_exact(channels).map(mean).collect()
+    }
+
     /// Adds the mean of another film, by its own weights, to the mean of this one.
     // [Emission rays]
     pub fn add_mean(&mut self, other: &FilmSums, description: &SceneDescription) {
         self.add_scaled(other, description, |mine, theirs| mine / theirs);
+    }
+
+    /// Puts another film's weights in place of its own.
+    fn take_weights(&mut self, other: &FilmSums, description: &SceneDescription) {
+        let channels = description.film_channels as usize;
+        let pixels =
+            self.values.chunks_exact_mut(channels).zip(other.values.chunks_exact(channels));
+        pixels.for_each(|(mine, theirs)| mine[channels - 1] = theirs[channels - 1]);
     }
 
     /// Adds everything but the weights.
@@ -156,4 +175,15 @@ fn splat(
         weight: vec![passes as f32; count],
     };
     scene.splat(&samples, &mut film.values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn film_is_divided_by_its_weights() {
+        let film = FilmSums { values: vec![2.0, 4.0, 6.0, 1.0, 2.0, 9.0, 9.0, 9.0, 0.0, 0.0] };
+        assert_eq!(film.means(5), [[1.0, 2.0, 3.0], [0.0; 3]]);
+    }
 }

@@ -363,6 +363,7 @@ pub struct VptParameters {
     /// 0 for automatic.
     pub connection_samples: i64,
     pub estimate_error: u32,
+    pub layers: u32,
     /// 0 for none.
     pub target_error: f64,
     pub seed: u64,
@@ -432,6 +433,10 @@ pub struct VptProgress {
         error_size: usize,
     ) -> i32,
 }
+
+/// Values per film pixel of the layers that `vpt_render` writes: red, green and blue of surfaces, media and direct emission, and
+/// the number of deposits.
+pub const VPT_LAYER_CHANNELS: u32 = 10;
 
 /// A statistics report that only the engine can read.
 pub struct VptStats {

@@ -63,6 +63,7 @@ pub(super) fn raw_parameters(p: &Parameters) -> VptParameters {
         guided_emission: p.guided_emission.into(),
         connection_samples: i64::from(p.connection_samples),
         estimate_error: p.estimate_error.into(),
+        layers: p.layers.into(),
         target_error: p.target_error,
         seed: p.seed,
         timeout: 0.0,
@@ -90,11 +91,12 @@ pub unsafe extern "C" fn vpt_check_parameters(
 
 /// Renders the scene behind `host` and adds the film's weighted sums to `storage`. Writes the estimated
 /// standard error of red, green and blue of every film pixel to `error_image`, unless that is null; zeros
-/// where nothing is known. Returns 0, or 1 with one sentence in `error`.
+/// where nothing is known. Writes the layers' sums, to be divided by the film's weights, to `layers`, unless that is null; zeros
+/// where the parameters do not ask for them. Returns 0, or 1 with one sentence in `error`.
 ///
 /// # Safety
 /// All pointers must be valid for the call; `storage` must hold `storage_size` values and `error_image`
-/// three per film pixel; the callbacks of `host` and `observer` must keep the promises of this page.
+/// three and `layers` `VPT_LAYER_CHANNELS` per film pixel; the callbacks of `host` and `observer` must keep the promises of this page.
 #[no_mangle]
 pub unsafe extern "C" fn vpt_render(
     host: *const VptHost,
@@ -103,6 +105,7 @@ pub unsafe extern "C" fn vpt_render(
     storage: *mut f64,
     storage_size: usize,
     error_image: *mut f32,
+    layers: *mut f64,
     error: *mut c_char,
     error_size: usize,
 ) -> i32 {
@@ -123,8 +126,18 @@ pub unsafe extern "C" fn vpt_render(
         for (sum, value) in storage.iter_mut().zip(&outcome.film.values) {
             *sum += value;
         }
+        let pixels = scene.description().film_pixels as usize;
+        if !layers.is_null() {
+            let size = VPT_LAYER_CHANNELS as usize * pixels;
+            // SAFETY: the caller promised room for so many values per film pixel.
+            let out = unsafe { std::slice::from_raw_parts_mut(layers, size) };
+            match &outcome.layers {
+                Some(sums) => out.copy_from_slice(sums),
+                None => out.fill(0.0),
+            }
+        }
         if !error_image.is_null() {
-            let size = 3 * scene.description().film_pixels as usize;
+            let size = 3 * pixels;
             // SAFETY: the caller promised room for three values per film pixel.
             let out = unsafe { std::slice::from_raw_parts_mut(error_image, size) };
             match &outcome.error_image {
@@ -259,6 +272,7 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
         connection_samples: u32::try_from(p.connection_samples)
             .map_err(|_| ParameterError::BadConnectionSamples(p.connection_samples))?,
         estimate_error: p.estimate_error != 0,
+        layers: p.layers != 0,
         target_error: p.target_error,
         seed: p.seed,
         // What no clock can count to never comes.

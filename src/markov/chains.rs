@@ -100,9 +100,9 @@ struct GroupResult {
 }
 
 impl GroupResult {
-    fn new(pixels: usize) -> Self {
+    fn new(places: usize) -> Self {
         let (counters, counts) = (Counters::default(), ChainCounts::default());
-        GroupResult { deposits: Deposits::new(pixels), counters, counts, samples: 0 }
+        GroupResult { deposits: Deposits::new(places), counters, counts, samples: 0 }
     }
 }
 
@@ -128,7 +128,8 @@ impl Clock {
 }
 
 impl Population {
-    pub fn new(family: Family, chains: usize, pixels: usize) -> Self {
+    /// `sums` are empty ones for the receivers.
+    pub fn new(family: Family, chains: usize, sums: PixelSums) -> Self {
         Population {
             family,
             chains: vec![Chain::default(); chains],
@@ -136,7 +137,7 @@ impl Population {
             size: MutationSize::default(),
             counts: ChainCounts::default(),
             samples: 0,
-            sums: PixelSums::new(pixels),
+            sums,
         }
     }
 
@@ -263,7 +264,7 @@ impl Population {
     /// Ends a pass: adds the mean over all samples, times the visible share, to `sums`.
     // [Chain normalisation]
     pub fn end_pass(&mut self, visible_share: f64, sums: &mut PixelSums) {
-        let mut deposits = Deposits::new(self.sums.len());
+        let mut deposits = Deposits::new(self.sums.places());
         for chain in &mut self.chains {
             if let Some(state) = chain.leave(&mut deposits) {
                 chain.state = Some(state);
@@ -285,10 +286,10 @@ impl Population {
     ) -> SceneResult<Counters> {
         let groups = self.chains.len().div_ceil(lanes);
         let first = clock.take((groups * iterations) as u64);
-        let pixels = self.sums.len();
+        let places = self.sums.places();
         let run = |(index, group): (usize, &mut [Chain])| -> SceneResult<GroupResult> {
             let clock = Clock { batch: first.batch + (index * iterations) as u64, ..first };
-            let mut result = GroupResult::new(pixels);
+            let mut result = GroupResult::new(places);
             step(index, group, clock, &mut result).map(|()| result)
         };
         let results: Vec<GroupResult> = if concurrent {
@@ -322,8 +323,8 @@ fn trace<N: Numbers>(
 ) -> SceneResult<(Vec<(u32, State)>, Counters)> {
     let mut numbers = Recorded::new(numbers);
     let mut tables = uniform::stream(clock.seed, Purpose::PhotonTables, clock.pass, clock.batch);
-    let pixels = target.receivers.pixels();
-    let sink = || Trails::new(only(family), pixels);
+    let places = target.receivers.paths.places();
+    let sink = || Trails::new(only(family), places);
     let (mut trails, counters) =
         target.shoot(walks, &mut numbers, &mut tables, only(family), sink)?;
     let states = trails

@@ -195,7 +195,7 @@ impl ChainShooter {
     ) -> SceneResult<Counters> {
         let mut counters = Counters::default();
         let mut clock = Clock { seed: self.seed, pass, batch: 0 };
-        let mut splat = PixelSums::new(target.receivers.pixels());
+        let mut splat = target.receivers.paths.new_sums();
         self.prepare(target, walks, &mut clock, &mut counters)?;
         let uniform_walks = self.uniform_walks_per_iteration().min(walks);
         let iterations = self.iterations_per_round(target, walks, uniform_walks);
@@ -239,12 +239,15 @@ impl ChainShooter {
         clock: &mut Clock,
         counters: &mut Counters,
     ) -> SceneResult<()> {
-        let pixels = target.receivers.pixels();
         let chains = self.chain_count(walks, target.scene.batching().concurrent);
         let (modes, has_new_receivers) = (self.modes, self.has_new_receivers);
         for (family, population) in self.populations.iter_mut() {
             if modes[family] == Mode::Metropolis && population.is_none() {
-                *population = Some(Population::new(family, chains as usize, pixels));
+                *population = Some(Population::new(
+                    family,
+                    chains as usize,
+                    target.receivers.paths.new_sums(),
+                ));
             }
         }
         for (_, population) in self.in_use() {
@@ -335,8 +338,8 @@ impl ChainShooter {
         let mut tables = stream(Purpose::PhotonTables);
         let has_chains = PerFamily::from_fn(|family| self.modes[family] == Mode::Metropolis);
         let wanted = target.wanted();
-        let pixels = target.receivers.pixels();
-        let sink = || Trails::new(has_chains, pixels);
+        let places = target.receivers.paths.places();
+        let sink = || Trails::new(has_chains, places);
         let (mut trails, mut counters) =
             target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, sink)?;
         let states = PerFamily::from_fn(|family| -> Vec<(u64, State)> {

@@ -12,8 +12,8 @@ pub struct Trails {
 }
 
 impl Trails {
-    pub fn new(has_chains: PerFamily<bool>, pixels: usize) -> Self {
-        Trails { has_chains, trails: PerFamily::default(), splat: Splat::new(pixels) }
+    pub fn new(has_chains: PerFamily<bool>, places: usize) -> Self {
+        Trails { has_chains, trails: PerFamily::default(), splat: Splat::new(places) }
     }
 
     /// Takes out the walks that added something in a family with chains, ascending, each with its

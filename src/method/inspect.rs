@@ -23,6 +23,7 @@ pub fn inspect(scene: &dyn Scene, parameters: &Parameters) -> Result<Inspection,
     let probe = Parameters {
         photons: if parameters.photons == 0 { PROBE } else { parameters.photons.min(PROBE) },
         estimate_error: false,
+        layers: false,
         target_error: 0.0,
         ..parameters.clone()
     };

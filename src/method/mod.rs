@@ -44,6 +44,9 @@ pub enum RenderError {
 #[derive(Debug)]
 pub struct Outcome {
     pub film: FilmSums,
+    /// Weighted sums of [`crate::film::layers::LAYER_CHANNELS`] for each film pixel, divided by the film's own weights; none
+    /// where layers were not asked for.
+    pub layers: Option<Vec<f64>>,
     /// The estimated standard error of red, green and blue of each film pixel, in the film's unit; none
     /// where no error was to be estimated.
     pub error_image: Option<Vec<[f32; 3]>>,

@@ -119,6 +119,9 @@ pub struct Parameters {
     pub limits: PathLimits,
     /// Whether noise and bias are estimated as the render runs (`estimate_error`).
     pub estimate_error: bool,
+    /// Whether radiance of surfaces, of media and of direct emission is kept apart, too, and photons are counted by pixel
+    /// (`layers`).
+    pub layers: bool,
     /// The estimated relative error at which the render ends; 0 = none (`target_error`).
     pub target_error: f64,
     pub seed: u64,

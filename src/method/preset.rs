@@ -41,6 +41,7 @@ impl Preset {
             radius_schedule: Schedule::Matched,
             limits: PathLimits { max_depth: UNBOUNDED_DEPTH, rr_depth: 5, hide_emitters: false },
             estimate_error: true,
+            layers: false,
             target_error: 0.0,
             seed: 0,
             timeout: None,

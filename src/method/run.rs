@@ -7,6 +7,7 @@ use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, 
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use crate::effect::Effect;
 use crate::film::error::{ErrorEstimate, ErrorSums};
+use crate::film::layers::LayerSums;
 use crate::film::{add_bias, add_emission, add_jitter, Emission, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::Plan;
@@ -101,6 +102,8 @@ pub struct Run<'a, R> {
     film: FilmSums,
     /// None where emission that is seen directly gets no rays of its own.
     emission: Option<DirectEmission>,
+    /// None where layers are not asked for.
+    layers: Option<LayerSums>,
     /// None where no error is to be estimated.
     error: Option<ErrorSums>,
     estimate: Option<ErrorEstimate>,
@@ -186,7 +189,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         seconds.view += clock.elapsed().as_secs_f64();
         let (first_radii, least_radii) =
             (first_radii(scene, parameters, &paths)?, resolvable_radii(&paths));
-        let ground = Ground { scene, seed: parameters.seed, plan: &plan };
+        let ground =
+            Ground { scene, seed: parameters.seed, plan: &plan, layers: parameters.layers };
         let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
         let wants_emission_rays =
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
@@ -205,10 +209,11 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             passes_of_jitter: 0,
             initial_radii: radii.current(),
             radii,
-            sums: PixelSums::new(receivers.as_ref().film.len()),
+            sums: receivers.as_ref().new_sums(),
             receivers,
             film: FilmSums::new(scene.description()),
             emission: wants_emission_rays.then(|| DirectEmission::new(scene.description())),
+            layers: parameters.layers.then(|| LayerSums::new(scene.description())),
             error: parameters
                 .estimate_error
                 .then(|| ErrorSums::new(scene.description(), alpha, connects)),
@@ -235,7 +240,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             return Ok(false);
         }
         let jitter = u64::from(self.passes / self.jitter_every);
-        let ground = Ground { scene: self.scene, seed: self.parameters.seed, plan: &self.plan };
+        let Parameters { seed, layers, .. } = self.parameters;
+        let ground = Ground { scene: self.scene, seed, plan: &self.plan, layers };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
         if let Some(emission) = &mut self.emission {
@@ -255,7 +261,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let clock = Instant::now();
         let pixels = self.sums.len() as u64;
         self.parameters.photons = balance::pilot(pixels);
-        let mut thrown_away = PixelSums::new(self.sums.len());
+        let mut thrown_away = self.receivers.as_ref().new_sums();
         let counters = body(&self.next_pass(PILOT_PASS, false), &mut thrown_away)?;
         self.parameters.photons =
             balance::photons(pixels, self.plan.connections.per_receiver(), &counters);
@@ -324,11 +330,13 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             warnings,
         };
         let error_image = self.error.map(|error| error.image());
-        let mut film = self.film;
-        if let Some(emission) = self.emission {
-            film.add_mean(&emission.film, self.scene.description());
+        let (description, mut film) = (self.scene.description(), self.film);
+        let emission = self.emission.map(|emission| emission.film);
+        let layers = self.layers.map(|own| own.finish(description, &film, emission.as_ref()));
+        if let Some(emission) = emission {
+            film.add_mean(&emission, description);
         }
-        Ok(Outcome { film, error_image, stats })
+        Ok(Outcome { film, layers, error_image, stats })
     }
 
     fn end_jitter_when_due(&mut self) -> Result<(), RenderError> {
@@ -347,6 +355,9 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let mut film = FilmSums::new(scene.description());
         let place = self.place_of_emission();
         add_jitter(scene, paths, place, &self.sums, passes, &mut film)?;
+        if let Some(layers) = &mut self.layers {
+            layers.add_jitter(scene, paths, place, &self.sums, passes)?;
+        }
         let emission =
             self.emission.as_mut().map(|own| own.end_jitter(scene, paths, &self.sums, passes));
         let emission = emission.transpose()?;
@@ -412,6 +423,8 @@ struct Ground<'a> {
     scene: &'a dyn Scene,
     seed: u64,
     plan: &'a Plan,
+    /// Whether layers are kept apart.
+    layers: bool,
 }
 
 impl Ground<'_> {
@@ -438,6 +451,9 @@ impl Ground<'_> {
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
         let clock = Instant::now();
+        if self.layers {
+            paths.keep_layers_apart();
+        }
         if self.plan.connections.any() {
             connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
         }

@@ -56,10 +56,10 @@ fn pixel_sums(trial: &mut Trial) -> Result<(), SelftestError> {
     let deposits = [12i64, 123_456_789, 1 << 44, 100_000_000 << 30];
     for deposit in deposits {
         let mut sums = PixelSums::new(2);
-        sums.add_to(1, [100_000_000.0; 4], 1.0);
+        sums.add_to(1, [100_000_000.0; 4], 1.0, 1);
         let mut part = PixelSums::new(2);
         for pass in 1..=PASSES {
-            part.add_to(1, [deposit as f64 * unit; 4], 1.0);
+            part.add_to(1, [deposit as f64 * unit; 4], 1.0, 1);
             if pass % 1000 == 0 {
                 sums.drain(&mut part, 1.0);
             }

@@ -47,9 +47,16 @@ pub fn connect(
         );
     }
     paths.connected = vec![Rgb::ZERO; paths.film.len()];
+    if paths.places() > paths.film.len() {
+        paths.connected_by_place = vec![Rgb::ZERO; paths.places()];
+    }
     for (found, counters) in parts {
-        for (pixel, radiance) in found.0 {
-            paths.connected[pixel as usize] += radiance;
+        for (place, radiance) in found.0 {
+            let pixel = paths.pixel_of(place);
+            paths.connected[pixel] += radiance;
+            if let Some(apart) = paths.connected_by_place.get_mut(place as usize) {
+                *apart += radiance;
+            }
         }
         paths.counters.add(&counters);
     }
@@ -228,7 +235,7 @@ impl<'a> Connector<'a> {
     }
 }
 
-/// Radiance by pixel.
+/// Radiance by place.
 #[derive(Default)]
 struct Found(Vec<(u32, Rgb)>);
 

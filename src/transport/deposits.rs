@@ -12,9 +12,10 @@ const ADDED_ALONE: usize = 8192;
 /// More deposits than this are taken over as they lie; fewer are sooner copied.
 const COPIED: usize = 8192;
 
-/// What one photon adds to one pixel: radiance times the number of emitted walks.
+/// What one photon adds to one sum: radiance times the number of emitted walks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deposit {
+    /// The receiver's place in [`PixelSums`].
     pub pixel: u32,
     pub radiance: Rgb,
     /// What the deposit says of the kernel's bias, in the unit of the radiance, as a mean over channels.
@@ -60,11 +61,12 @@ fn count(shares: &Shares) -> usize {
 }
 
 impl Deposits {
-    pub fn new(pixels: usize) -> Self {
+    /// For so many sums.
+    pub fn new(places: usize) -> Self {
         Deposits {
             taken: Vec::new(),
             newest: vec![Vec::new(); SHARES],
-            pixels_per_share: pixels.div_ceil(SHARES).max(1),
+            pixels_per_share: places.div_ceil(SHARES).max(1),
         }
     }
 
@@ -96,42 +98,84 @@ impl Deposits {
     }
 }
 
-/// Sums per pixel of radiance and of its bias, in f64: f32 sums stop moving.
+/// Sums per pixel of radiance and of its bias, in f64: f32 sums stop moving. Layers are kept apart where that is asked for.
 #[derive(Debug, Clone, Default)]
 pub struct PixelSums {
+    /// One place per pixel or, with layers, one for its surfaces and, behind all of those, one for its media.
     sums: Vec<[f64; 4]>,
+    pixels: usize,
+    /// Deposits added, by place; empty without layers.
+    counts: Vec<u64>,
 }
 
 impl PixelSums {
     pub fn new(pixels: usize) -> Self {
-        PixelSums { sums: vec![[0.0; 4]; pixels] }
+        PixelSums { sums: vec![[0.0; 4]; pixels], pixels, counts: Vec::new() }
     }
 
+    /// With surfaces and media apart, and deposits counted.
+    pub fn layered(pixels: usize) -> Self {
+        PixelSums { sums: vec![[0.0; 4]; 2 * pixels], pixels, counts: vec![0; 2 * pixels] }
+    }
+
+    /// Pixels.
     pub fn len(&self) -> usize {
-        self.sums.len()
+        self.pixels
     }
 
     pub fn is_empty(&self) -> bool {
-        self.sums.is_empty()
+        self.pixels == 0
+    }
+
+    /// Sums that deposits may name.
+    pub fn places(&self) -> usize {
+        self.sums.len()
     }
 
     pub fn radiance(&self, pixel: usize) -> [f64; 3] {
-        let [r, g, b, _] = self.sums[pixel];
+        let [r, g, b, _] = self.total(pixel);
+        [r, g, b]
+    }
+
+    /// What receivers of one family got, of a pixel whose layers are kept apart.
+    pub fn radiance_of(&self, family: Family, pixel: usize) -> [f64; 3] {
+        let [r, g, b, _] = match family {
+            Family::Surface => self.sums[pixel],
+            Family::Medium => self.sums[self.pixels + pixel],
+        };
         [r, g, b]
     }
 
     pub fn bias(&self, pixel: usize) -> f64 {
-        self.sums[pixel][3]
+        self.total(pixel)[3]
+    }
+
+    /// Deposits on a pixel; 0 where none are counted. What a chain's state adds as it stays counts once.
+    pub fn deposits(&self, pixel: usize) -> u64 {
+        let places = [pixel, self.pixels + pixel];
+        places.iter().filter_map(|&place| self.counts.get(place)).sum()
+    }
+
+    fn total(&self, pixel: usize) -> [f64; 4] {
+        let mut total = self.sums[pixel];
+        if let Some(further) = self.sums.get(self.pixels + pixel) {
+            total.iter_mut().zip(further).for_each(|(sum, value)| *sum += value);
+        }
+        total
     }
 
     pub fn clear(&mut self) {
         self.sums.fill([0.0; 4]);
+        self.counts.fill(0);
     }
 
-    /// Adds [`Deposit::values`] to one pixel.
-    pub fn add_to(&mut self, pixel: usize, values: [f64; 4], scale: f64) {
-        for (sum, value) in self.sums[pixel].iter_mut().zip(values) {
+    /// Adds the [`Deposit::values`] of so many deposits to one place.
+    pub fn add_to(&mut self, place: usize, values: [f64; 4], scale: f64, deposits: u64) {
+        for (sum, value) in self.sums[place].iter_mut().zip(values) {
             *sum += value * scale;
+        }
+        if let Some(count) = self.counts.get_mut(place) {
+            *count += deposits;
         }
     }
 
@@ -153,6 +197,11 @@ impl PixelSums {
         } else {
             self.sums.par_chunks_mut(pixels).enumerate().for_each(add);
         }
+        self.counts.par_chunks_mut(pixels).enumerate().for_each(|(share, counts)| {
+            for deposit in batches.iter().flat_map(|batch| batch.of_share(share)) {
+                counts[deposit.pixel as usize - share * pixels] += 1;
+            }
+        });
     }
 
     /// Adds other sums, scaled, and sets them to zero.
@@ -162,5 +211,8 @@ impl PixelSums {
                 *mine += std::mem::take(theirs) * scale;
             }
         });
+        for (mine, theirs) in self.counts.iter_mut().zip(&mut other.counts) {
+            *mine += std::mem::take(theirs);
+        }
     }
 }

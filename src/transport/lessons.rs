@@ -28,7 +28,7 @@ pub fn learn_guide(
     seed: u64,
     walks_per_pass: u64,
 ) -> SceneResult<Option<EmissionGuide>> {
-    let pixels = target.receivers.pixels();
+    let pixels = target.receivers.paths.film.len();
     let [fewest, most] = WALKS;
     let per_round = ((WALKS_PER_PIXEL * pixels as f64) as u64)
         .clamp(fewest, most)
@@ -71,15 +71,17 @@ struct Teacher<'a> {
 impl Teacher<'_> {
     fn remember(&mut self, walks: u64, batches: &[Emitted]) {
         self.walks += walks;
-        for &(_, pixel, radiance) in batches.iter().flat_map(|batch| &batch.deposits.0) {
-            self.radiance[pixel as usize] += f64::from(radiance);
+        let paths = &self.target.receivers.paths;
+        let pixel_of = |place: u32| paths.pixel_of(place);
+        for &(_, place, radiance) in batches.iter().flat_map(|batch| &batch.deposits.0) {
+            self.radiance[pixel_of(place)] += f64::from(radiance);
         }
         let scales = self.scales();
         for batch in batches {
             let mut squares = vec![0.0; batch.numbers.len()];
-            for &(walk, pixel, radiance) in &batch.deposits.0 {
+            for &(walk, place, radiance) in &batch.deposits.0 {
                 let unweighted = f64::from(radiance / batch.weights[walk as usize]);
-                squares[walk as usize] += (unweighted / scales[pixel as usize]).powi(2);
+                squares[walk as usize] += (unweighted / scales[pixel_of(place)]).powi(2);
             }
             let all = batch.numbers.iter().copied().zip(squares);
             self.seen.extend(all.filter(|(_, square)| *square > 0.0 && square.is_finite()));

@@ -62,8 +62,8 @@ impl PhotonMap {
             parts.into_iter().for_each(|part| merged.append(part));
             merged.resolve(scene)?;
             counters.add(&merged.counters);
-            for (pixel, values) in merged.sink.runs {
-                sums.add_to(pixel as usize, values, 1.0 / walks as f64);
+            for Run { place, values, deposits } in merged.sink.runs {
+                sums.add_to(place as usize, values, 1.0 / walks as f64, deposits);
             }
         }
         Ok(counters)
@@ -109,21 +109,29 @@ impl PhotonMap {
     }
 }
 
-/// Sums of deposits that follow one another on one pixel.
+/// Sums of deposits that follow one another on one place.
 #[derive(Default)]
 struct PixelRuns {
-    runs: Vec<(u32, [f64; 4])>,
+    runs: Vec<Run>,
+}
+
+struct Run {
+    place: u32,
+    values: [f64; 4],
+    deposits: u64,
 }
 
 impl Sink for PixelRuns {
     fn push(&mut self, _: u32, _: Family, deposit: Deposit) {
-        if self.runs.last().is_none_or(|(pixel, _)| *pixel != deposit.pixel) {
-            self.runs.push((deposit.pixel, [0.0; 4]));
+        let place = deposit.pixel;
+        if self.runs.last().is_none_or(|run| run.place != place) {
+            self.runs.push(Run { place, values: [0.0; 4], deposits: 0 });
         }
-        if let Some((_, sum)) = self.runs.last_mut() {
-            for (sum, value) in sum.iter_mut().zip(deposit.values()) {
+        if let Some(run) = self.runs.last_mut() {
+            for (sum, value) in run.values.iter_mut().zip(deposit.values()) {
                 *sum += value;
             }
+            run.deposits += 1;
         }
     }
 

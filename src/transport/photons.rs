@@ -100,8 +100,8 @@ impl UniformShooter {
         let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch.number);
         let mut numbers = Guided::new(stream(Purpose::Photons), self.guidance.guide());
         let mut tables = stream(Purpose::PhotonTables);
-        let (wanted, pixels) = (target.wanted(), target.receivers.pixels());
-        target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, || Splat::new(pixels))
+        let (wanted, places) = (target.wanted(), target.receivers.paths.places());
+        target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, || Splat::new(places))
     }
 
     /// Sizes the next round by what the last one held.

@@ -93,10 +93,6 @@ impl Receivers {
         assert!(self.apex_grid.is_none(), "these receivers were built for photon points");
         &self.beam_tree
     }
-
-    pub fn pixels(&self) -> usize {
-        self.paths.film.len()
-    }
 }
 
 impl HoldsReceivers for Receivers {

@@ -11,8 +11,8 @@ pub struct Splat {
 }
 
 impl Splat {
-    pub fn new(pixels: usize) -> Self {
-        Splat { deposits: Deposits::new(pixels), seen: Vec::new() }
+    pub fn new(places: usize) -> Self {
+        Splat { deposits: Deposits::new(places), seen: Vec::new() }
     }
 
     /// The number of walks that added something, by family.

@@ -9,8 +9,9 @@ use crate::plan::Plan;
 use crate::scene::*;
 use crate::transport::cone::DirectionCone;
 use crate::transport::counters::Counters;
+use crate::transport::deposits::PixelSums;
 use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
-use crate::transport::photon::PerFamily;
+use crate::transport::photon::{Family, PerFamily};
 use crate::transport::tabulate::{tabulate, Crossing};
 use crate::tree::heap_bytes;
 use glam::Vec3;
@@ -27,6 +28,7 @@ const MAX_SEGMENTS: usize = 4096;
 pub struct BeamRecord {
     /// Weight from the start of the segment to the film (dimensionless).
     pub throughput: Rgb,
+    /// Of [`ViewPaths::places`], the one that belongs to its pixel.
     pub pixel: u32,
     pub medium: u32,
     /// Transmittance table, or [`NO_TABLE`] where the extinction is constant.
@@ -107,6 +109,10 @@ pub struct ViewPaths {
     pub alpha: Vec<f32>,
     /// What connections found for each path; empty where none are made.
     pub connected: Vec<Rgb>,
+    /// The same for each place, where layers are kept apart.
+    pub connected_by_place: Vec<Rgb>,
+    /// Whether what surfaces and media receive is kept apart.
+    layered: bool,
     /// Directions of the beams.
     pub beam_cone: DirectionCone,
     /// What was done for them.
@@ -196,6 +202,46 @@ impl AsRef<ViewPaths> for ViewPaths {
 }
 
 impl ViewPaths {
+    /// Keeps what view beams receive apart from what visible points do, in places behind those of all pixels.
+    pub fn keep_layers_apart(&mut self) {
+        let pixels = self.film.len() as u32;
+        self.layered = true;
+        self.beams.iter_mut().for_each(|beam| beam.pixel += pixels);
+    }
+
+    /// Sums that receivers add to: one per pixel, or two where layers are kept apart.
+    pub fn places(&self) -> usize {
+        self.film.len() * if self.layered { 2 } else { 1 }
+    }
+
+    /// The pixel that a place belongs to.
+    pub fn pixel_of(&self, place: u32) -> usize {
+        let (place, pixels) = (place as usize, self.film.len());
+        if place < pixels {
+            place
+        } else {
+            place - pixels
+        }
+    }
+
+    /// Sums for all places.
+    pub fn new_sums(&self) -> PixelSums {
+        if self.layered {
+            PixelSums::layered(self.film.len())
+        } else {
+            PixelSums::new(self.film.len())
+        }
+    }
+
+    /// What connections found for a path on its surface or in its media, where layers are kept apart.
+    pub fn connected_of(&self, family: Family, pixel: usize) -> Rgb {
+        let place = match family {
+            Family::Surface => pixel,
+            Family::Medium => self.film.len() + pixel,
+        };
+        self.connected_by_place.get(place).copied().unwrap_or(Rgb::ZERO)
+    }
+
     /// Frees what no pass needs: distances and media of points, and room to grow.
     pub fn shrink_for_passes(&mut self) {
         self.beam_distances = Vec::new();

@@ -3,7 +3,6 @@
 use super::own::{Mean, Stream};
 use anyhow::Result;
 use std::time::Instant;
-use vpt::film::FilmSums;
 use vpt::host::session::{LentScene, LoadedScene};
 use vpt::method::{self, Parameters, Progressive};
 use vpt::report::picture::Picture;
@@ -71,7 +70,8 @@ impl Contestant for Ours<'_> {
 
     fn picture(&mut self) -> Result<Picture> {
         let channels = self.preparation.lent.scene().description().film_channels as usize;
-        Ok(develop(&self.render().film()?, channels, self.size))
+        let [width, height] = self.size.map(|n| n as usize);
+        Ok(Picture { width, height, pixels: self.render().film()?.means(channels) })
     }
 
     fn work(&self) -> u64 {
@@ -90,17 +90,6 @@ impl Contestant for Ours<'_> {
             phase("film", spent.film),
         ]
     }
-}
-
-/// Divides the film's sums by their weights, which are its last channel; colours are its first three.
-fn develop(film: &FilmSums, channels: usize, [width, height]: [u32; 2]) -> Picture {
-    let pixel = |sums: &[f64]| {
-        let weight = sums[channels - 1];
-        let scale = if weight != 0.0 { 1.0 / weight } else { 0.0 };
-        [0, 1, 2].map(|c| (sums[c] * scale) as f32)
-    };
-    let pixels = film.values.chunks_exact(channels).map(pixel).collect();
-    Picture { width: width as usize, height: height as usize, pixels }
 }
 
 /// One of Mitsuba's integrators.
@@ -131,17 +120,5 @@ impl Contestant for Own<'_> {
 
     fn phases(&self) -> Vec<Phase> {
         Vec::new()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn film_is_divided_by_its_weights() {
-        let film = FilmSums { values: vec![2.0, 4.0, 6.0, 1.0, 2.0, 9.0, 9.0, 9.0, 0.0, 0.0] };
-        let picture = develop(&film, 5, [2, 1]);
-        assert_eq!(picture.pixels, [[1.0, 2.0, 3.0], [0.0; 3]]);
     }
 }

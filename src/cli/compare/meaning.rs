@@ -42,10 +42,16 @@ impl Meaning {
         };
         // The scene may say how photons are shot for its own method; others shoot as their names have it.
         let shooting = scene.shooting.filter(|_| scene.method == method);
-        // Nobody reads an estimated error here, and it would cost the methods unlike amounts of time.
-        let (estimate_error, target_error, timeout) = (false, 0.0, None);
-        let parameters =
-            Parameters { method, shooting, estimate_error, target_error, timeout, ..scene.clone() };
+        // Nobody reads an estimated error or layers here, and they would cost the methods unlike amounts of time.
+        let parameters = Parameters {
+            method,
+            shooting,
+            estimate_error: false,
+            layers: false,
+            target_error: 0.0,
+            timeout: None,
+            ..scene.clone()
+        };
         parameters.validate()?;
         Ok(Meaning::Ours(parameters))
     }

@@ -3,7 +3,7 @@
 
 mod served;
 
-use super::abi::{VptObserver, VptParameters, VptProgress, VptStats};
+use super::abi::{VptObserver, VptParameters, VptProgress, VptStats, VPT_LAYER_CHANNELS};
 use super::exports::{raw_parameters, vpt_render};
 use crate::method::Preset;
 use crate::scene::Scene;
@@ -62,6 +62,8 @@ pub struct Returned {
     pub storage: Vec<f64>,
     /// Red, green and blue of every film pixel.
     pub error_image: Vec<f32>,
+    /// [`VPT_LAYER_CHANNELS`] values for every film pixel.
+    pub layers: Vec<f64>,
     /// The film as the last call of `progress` read it; empty where none did.
     pub last_film: Vec<f64>,
     pub progress_calls: u32,
@@ -83,6 +85,7 @@ pub fn render(
     let mut returned = Returned {
         storage: vec![0.0; size],
         error_image: vec![0.0; 3 * pixels],
+        layers: vec![0.0; VPT_LAYER_CHANNELS as usize * pixels],
         last_film: Vec::new(),
         progress_calls: 0,
         warnings: Vec::new(),
@@ -104,6 +107,7 @@ pub fn render(
             returned.storage.as_mut_ptr(),
             size,
             returned.error_image.as_mut_ptr(),
+            returned.layers.as_mut_ptr(),
             sentence.as_mut_ptr(),
             sentence.len(),
         )

@@ -1,0 +1,115 @@
+//! What a picture is made of, apart: radiance of surfaces, of media and of lamps that are seen directly, and the photons that
+//! brought it.
+
+use super::{splat, within_film, Emission, FilmSums};
+use crate::math::Rgb;
+use crate::scene::{Scene, SceneDescription, SceneResult};
+use crate::transport::deposits::PixelSums;
+use crate::transport::photon::Family;
+use crate::transport::view::ViewPaths;
+use glam::Vec3;
+
+/// The channels of layers, in the order of [`LayerSums::finish`].
+pub const LAYER_CHANNELS: [&str; 10] = [
+    "surfaces.R",
+    "surfaces.G",
+    "surfaces.B",
+    "media.R",
+    "media.G",
+    "media.B",
+    "emission.R",
+    "emission.G",
+    "emission.B",
+    "samples.Y",
+];
+
+/// Films of layers, with the weights of the whole picture's.
+#[derive(Debug, Clone)]
+pub struct LayerSums {
+    pub surfaces: FilmSums,
+    pub media: FilmSums,
+    /// Empty where emission has rays and a film of its own.
+    pub emission: FilmSums,
+    /// Deposits of photons on the view rays of each film pixel, before any filter.
+    pub samples: Vec<u64>,
+}
+
+impl LayerSums {
+    pub fn new(description: &SceneDescription) -> Self {
+        let [surfaces, media, emission] = [(); 3].map(|()| FilmSums::new(description));
+        let samples = vec![0; description.film_pixels as usize];
+        LayerSums { surfaces, media, emission, samples }
+    }
+
+    /// Adds the ray paths of one jitter, as [`super::add_jitter`] does to the whole picture.
+    pub fn add_jitter(
+        &mut self,
+        scene: &dyn Scene,
+        paths: &ViewPaths,
+        emission: Emission,
+        sums: &PixelSums,
+        passes: u32,
+    ) -> SceneResult<()> {
+        let add = |film: &mut FilmSums, color: &dyn Fn(usize) -> Rgb| -> SceneResult<()> {
+            let mut jitter = FilmSums::new(scene.description());
+            splat(scene, paths, passes, &mut jitter, color)?;
+            film.add(&jitter);
+            Ok(())
+        };
+        let received = |family, pixel| {
+            let connected = Vec3::from(paths.connected_of(family, pixel)).to_array();
+            let gathered = sums.radiance_of(family, pixel);
+            let [r, g, b] = [0, 1, 2].map(|channel| {
+                within_film(f64::from(connected[channel]) + gathered[channel] / f64::from(passes))
+            });
+            Rgb::new(r, g, b)
+        };
+        add(&mut self.surfaces, &|pixel| received(Family::Surface, pixel))?;
+        add(&mut self.media, &|pixel| received(Family::Medium, pixel))?;
+        if emission == Emission::Included {
+            let seen = |pixel: usize| paths.emission[pixel].map(|value| within_film(value.into()));
+            add(&mut self.emission, &seen)?;
+        }
+        for ray in 0..sums.len() {
+            if let Some(pixel) = film_pixel(scene.description(), ray) {
+                self.samples[pixel] += sums.deposits(ray);
+            }
+        }
+        Ok(())
+    }
+
+    /// Weighted sums of [`LAYER_CHANNELS`] for each film pixel. `film` is the whole picture's, whose weights divide them;
+    /// `emission` is the film of emission where it has one of its own.
+    pub fn finish(
+        &self,
+        description: &SceneDescription,
+        film: &FilmSums,
+        emission: Option<&FilmSums>,
+    ) -> Vec<f64> {
+        let channels = description.film_channels as usize;
+        let mut lamps = self.emission.clone();
+        if let Some(emission) = emission {
+            lamps.take_weights(film, description);
+            lamps.add_mean(emission, description);
+        }
+        let layers = [&self.surfaces, &self.media, &lamps];
+        let mut values = Vec::with_capacity(self.samples.len() * LAYER_CHANNELS.len());
+        for (pixel, &samples) in self.samples.iter().enumerate() {
+            let first = pixel * channels;
+            layers.iter().for_each(|layer| values.extend(&layer.values[first..first + 3]));
+            values.push(samples as f64 * film.values[first + channels - 1]);
+        }
+        values
+    }
+}
+
+/// The film pixel in which a view ray starts; none within the border that some filters need.
+fn film_pixel(description: &SceneDescription, ray: usize) -> Option<usize> {
+    let SceneDescription { film_size, film_pixels, film_width, .. } = *description;
+    let [rays_width, rays_height] = film_size.map(|n| n as usize);
+    let width = film_width as usize;
+    let height = film_pixels as usize / width.max(1);
+    let x = (ray % rays_width).checked_sub((rays_width - width) / 2)?;
+    let y = (ray / rays_width).checked_sub((rays_height - height) / 2)?;
+    (x < width && y < height).then_some(y * width + x)
+}

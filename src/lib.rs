@@ -12,7 +12,7 @@
 //! method                    one loop per method, parameters, statistics
 //! ```
 //!
-//! `report` (errors, curves, plots) stands alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← {plan, tree} ←
+//! `report` (errors, curves, plots) and `picture` (layers, files) stand alone. Dependencies run one way, down this list read from its middle: `math ← medium ← scene ← {plan, tree} ←
 //! transport ← film ← method ← host ← selftest`. Symbols and equations: `docs/EQUATIONS.md`.
 
 pub mod analytic;
@@ -25,6 +25,7 @@ pub mod markov;
 pub mod math;
 pub mod medium;
 pub mod method;
+pub mod picture;
 pub mod plan;
 pub mod report;
 pub mod scene;

@@ -140,6 +140,25 @@ extern "C" {
         error: *mut c_char,
         size: usize,
     ) -> i32;
+    pub(super) fn vpt_scene_describe_film(
+        scene: *mut c_void,
+        sensor: u32,
+        says: *mut c_char,
+        others: *mut c_char,
+        text_size: usize,
+        has_alpha: *mut u32,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
+    pub(super) fn vpt_scene_read_film(
+        scene: *mut c_void,
+        sensor: u32,
+        out: *mut f32,
+        values: usize,
+        error: *mut c_char,
+        size: usize,
+    ) -> i32;
+    pub(super) fn vpt_mitsuba_version() -> *const c_char;
     pub(super) fn vpt_scene_read_rgb(
         scene: *mut c_void,
         sensor: u32,

@@ -17,9 +17,9 @@ use std::path::Path;
 #[derive(Debug)]
 pub struct LoadedScene<'a> {
     _session: &'a Session,
-    scene: *mut c_void,
+    pub(super) scene: *mut c_void,
     sensors: u32,
-    rendered: u32,
+    pub(super) rendered: u32,
     notes: Vec<String>,
 }
 

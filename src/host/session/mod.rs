@@ -3,6 +3,7 @@
 
 mod bridge;
 mod ffi;
+mod film;
 mod loaded;
 mod own;
 
@@ -10,6 +11,7 @@ pub use loaded::{LentScene, LoadedScene};
 pub use own::{OwnIntegrator, OwnPicture};
 
 use ffi::*;
+use std::ffi::CStr;
 use std::path::PathBuf;
 
 /// Variants that the plugin works in, best first for a machine without a GPU.
@@ -63,6 +65,12 @@ impl Session {
 
     pub fn variant(&self) -> &str {
         &self.variant
+    }
+
+    /// Mitsuba's own version.
+    pub fn mitsuba_version(&self) -> String {
+        // SAFETY: a constant of the shim.
+        unsafe { CStr::from_ptr(vpt_mitsuba_version()) }.to_string_lossy().into_owned()
     }
 
     /// Whether Mitsuba has an integrator of this name.

@@ -22,6 +22,7 @@ pub enum Command {
     Compare(CompareArguments),
     Reproduce(ReproduceArguments),
     Selftest(SelftestArguments),
+    Metrics(MetricsArguments),
     PluginDir(PluginDirArguments),
     Completions(CompletionsArguments),
     Man(ManArguments),
@@ -82,6 +83,13 @@ pub struct RenderArguments {
     /// Write what was done, counted and timed, to this file (JSON)
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    /// Write layers, too: radiance of surfaces, of media and of direct emission, which add up to the picture, its estimated
+    /// error, and the photons that each pixel got (EXR)
+    #[arg(long)]
+    pub layers: bool,
+    /// Show the picture in tev as it is rendered; tev listens at 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT")]
+    pub tev: Option<String>,
     /// Print Mitsuba's log too; twice for more of it
     #[arg(short, long, action = ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
@@ -266,6 +274,24 @@ pub struct SelftestArguments {
     /// Print what failed alone
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// Print how far a picture is from another: RMSE, relative MSE, FLIP.
+///
+/// The second picture is the reference: the relative error divides by it, and FLIP exposes both pictures by its brightness; the
+/// RMSE alone is the same both ways. Pixels that are no finite numbers in either are left out, counted and named.
+#[derive(Debug, Args)]
+pub struct MetricsArguments {
+    /// Picture to judge (EXR)
+    pub picture: PathBuf,
+    /// Reference to hold it against (EXR)
+    pub reference: PathBuf,
+    /// Compare the channels NAME.R, NAME.G and NAME.B, or NAME.Y [default: R, G and B, or Y]
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+    /// Print everything as JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Print a folder that the stock `mitsuba -a DIR` finds the plugin in.

@@ -3,6 +3,7 @@
 use super::arguments::RenderArguments;
 use super::goal::{Goal, OPEN_PASSES};
 use super::target::{Target, TargetError};
+use super::tev::{Address, AddressError};
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -30,6 +31,8 @@ pub struct RenderJob {
     pub scene: SceneFile,
     pub picture: Target,
     pub stats: Option<Target>,
+    /// Where the picture is shown as it is rendered.
+    pub viewer: Option<Address>,
     pub passes: Option<u32>,
     pub goal: Goal,
     pub seed: u32,
@@ -52,6 +55,12 @@ pub enum JobError {
         .0.display(), known = EXTENSIONS.join(", ")
     )]
     Extension(PathBuf),
+    #[error(
+        "--layers needs an EXR file, but the picture is \"{}\"; give -o a name that ends in .exr", .0.display()
+    )]
+    LayersNeedExr(PathBuf),
+    #[error("--tev cannot be used")]
+    Viewer(#[source] AddressError),
     #[error("{option} cannot be written")]
     Unwritable { option: &'static str, source: TargetError },
     #[error("--stats \"{}\" is also the scene or the picture; name another file", .0.display())]
@@ -105,6 +114,14 @@ impl RenderJob {
         settings.extend(effects);
         settings.extend(goal.target_error.map(|e| ("target_error".to_owned(), e.to_string())));
         let picture = check_picture(arguments.output, &arguments.scene)?;
+        if arguments.layers {
+            check_layers(&picture)?;
+            settings.push(("layers".to_owned(), "true".to_owned()));
+        }
+        let viewer = arguments
+            .tev
+            .map(|text| text.parse::<Address>().map_err(JobError::Viewer))
+            .transpose()?;
         let stats = arguments
             .stats
             .map(|path| check_stats(path, &[&arguments.scene, picture.path()]))
@@ -119,6 +136,7 @@ impl RenderJob {
             },
             picture,
             stats,
+            viewer,
             passes: arguments.passes.or(goal.target_error.map(|_| OPEN_PASSES)),
             goal,
             seed: arguments.seed,
@@ -133,6 +151,14 @@ impl RenderJob {
     /// Checks the sensor against the number that the loaded scene has.
     pub fn check_sensor(&self, count: usize) -> Result<(), JobError> {
         check_sensor(self.sensor, count, &self.scene.path)
+    }
+}
+
+/// No other format holds channels of other names than a picture's.
+fn check_layers(picture: &Target) -> Result<(), JobError> {
+    match picture.is_exr() {
+        true => Ok(()),
+        false => Err(JobError::LayersNeedExr(picture.path().to_owned())),
     }
 }
 

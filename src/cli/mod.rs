@@ -8,7 +8,7 @@
 //! | 130 | aborted by Ctrl-C: a second one, or one before the first pass was done |
 //!
 //! Everything that the program has to say goes to stderr, except for results: the line that sums a
-//! render up, what a scene calls for, the table of a comparison, what it says of the paper's claims, the table of the
+//! render up, what a scene calls for, metrics, the table of a comparison, what it says of the paper's claims, the table of the
 //! self-test, the folder of `plugin-dir`, and the script of `completions`.
 
 mod arguments;
@@ -21,8 +21,11 @@ mod goal;
 mod inspect;
 mod interrupt;
 mod job;
+mod live;
 mod manual;
 mod memory;
+mod metadata;
+mod metrics;
 mod plugin_dir;
 mod progress;
 mod reproduce;
@@ -30,6 +33,7 @@ mod run;
 mod selftest;
 mod statistics;
 mod target;
+mod tev;
 mod text;
 
 use arguments::{Arguments, Command};
@@ -81,6 +85,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
             let job = SelftestJob::new(arguments).map_err(Failure::bad_input)?;
             selftest::run(&job)
         }
+        Command::Metrics(arguments) => metrics::run(&arguments),
         Command::Contestant => compare::serve(),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),
         Command::Completions(arguments) => manual::print_completions(&arguments),

@@ -44,6 +44,14 @@ impl Display {
         }
     }
 
+    /// Prints a line that is told to those who want quiet, too.
+    pub fn warn(&self, line: &str) {
+        match self {
+            Display::Nothing => say(line),
+            Display::Bar(_) | Display::Lines => self.say(line),
+        }
+    }
+
     /// Takes the bar away.
     pub fn finish(&self) {
         if let Display::Bar(bar) = self {

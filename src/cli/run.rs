@@ -1,18 +1,23 @@
 //! Renders a job, and tells the user what came of it.
 
+use super::compare::scene_files;
 use super::failure::Failure;
 use super::goal::OPEN_PASSES;
 use super::interrupt::Interrupt;
 use super::job::RenderJob;
+use super::live::Live;
 use super::memory::Watch;
+use super::metadata::{metadata, Making};
 use super::progress::{Display, Reporter};
 use super::statistics::{Ending, Facts, Report};
 use super::{print_result, say, text};
 use anyhow::{anyhow, Context};
 use std::io::IsTerminal;
+use std::path::Path;
 use std::time::Instant;
 use vpt::host::session::{LoadedScene, Session};
 use vpt::method::Stats;
+use vpt::picture::{develop, Metadata};
 
 /// Loads, renders, writes. Nothing is rendered before everything that can be checked was checked.
 pub fn render(job: &RenderJob) -> Result<(), Failure> {
@@ -23,10 +28,12 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     let load_seconds = start.elapsed().as_secs_f64();
     job.check_sensor(scene.sensor_count()).map_err(Failure::bad_input)?;
     let film_size = scene.film_size(job.sensor);
+    let scene_hash = hash(job);
 
     let memory = Watch::begin();
     let (stats, ending) = render_passes(job, &session, &mut scene)?;
-    job.picture.replace(|aside| Ok(scene.write(aside)?)).map_err(Failure::failed)?;
+    let metadata = metadata(job, &Making { session: &session, stats: &stats, scene_hash });
+    job.picture.replace(|aside| write(job, &scene, &metadata, aside)).map_err(Failure::failed)?;
     if let Some(target) = &job.stats {
         let (variant, notes) = (session.variant(), scene.notes());
         let (peak_memory, render_memory) = (memory.peak(), memory.growth());
@@ -45,6 +52,31 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     conclude(job, &stats)
 }
 
+/// Of the scene's files as they are before the render, while they are those that were loaded. A file that Mitsuba could do without
+/// is no reason not to render.
+fn hash(job: &RenderJob) -> Option<u64> {
+    let hash = scene_files::hash(&job.scene);
+    if let Err(error) = &hash {
+        say(&format!("warning: the picture will have no hash of its scene, a file of which cannot be read: {error}"));
+    }
+    hash.ok()
+}
+
+/// Writes an EXR file with metadata, as the film would; other formats are Mitsuba's.
+fn write(
+    job: &RenderJob,
+    scene: &LoadedScene,
+    metadata: &Metadata,
+    path: &Path,
+) -> anyhow::Result<()> {
+    match scene.film_format()? {
+        Ok(format) if job.picture.is_exr() => {
+            Ok(develop(&scene.film()?, format).write(path, format, metadata)?)
+        }
+        _ => Ok(scene.write(path)?),
+    }
+}
+
 /// Renders until the passes or the time are over or the user has enough.
 fn render_passes(
     job: &RenderJob,
@@ -57,11 +89,13 @@ fn render_passes(
     let interrupt =
         Interrupt::listen(say).context("cannot listen for Ctrl-C").map_err(Failure::failed)?;
     announce(job, session, scene, &display);
-    let mut reporter = Reporter::new(display.clone(), interrupt.clone(), job.goal);
-    let result = scene.render(job.sensor, job.seed, job.passes, &mut reporter);
+    let reporter = Reporter::new(display.clone(), interrupt.clone(), job.goal);
+    let mut live = Live::open(job, scene, &display, reporter).map_err(Failure::failed)?;
+    let result = scene.render(job.sensor, job.seed, job.passes, &mut live);
     display.finish();
 
     let stats = result.map_err(Failure::failed)?;
+    let reporter = live.conclude(scene).map_err(Failure::failed)?;
     let ending = match Ending::of(stats.passes, reporter.passes(), interrupt.requested()) {
         Ending::Timeout if reporter.is_accurate() => Ending::Accuracy,
         ending => ending,

@@ -49,6 +49,11 @@ impl Target {
         &self.path
     }
 
+    /// Whether its name says that it is an OpenEXR file.
+    pub fn is_exr(&self) -> bool {
+        self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
+    }
+
     /// Has a file written aside, with the same extension, and moves it to its place: whoever looks
     /// sees the old file or the whole of the new one.
     pub fn replace(&self, write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {

@@ -17,7 +17,7 @@ mod protocol;
 mod reference;
 mod remote;
 mod run;
-mod scene_files;
+pub(super) mod scene_files;
 mod schedule;
 mod settings;
 mod stage;

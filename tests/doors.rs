@@ -9,6 +9,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use vpt::method::Method;
+use vpt::picture::LayeredPicture;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const MITSUBA_DIR: &str = env!("VPT_MITSUBA_DIR");
@@ -28,6 +29,25 @@ const PROBE_SCENE: &str = r#"<scene version="3.0.0">
             <integer name="height" value="4"/>
         </film>
     </sensor>
+</scene>
+"#;
+
+/// A lamp and a wall that it lights, with layers.
+const LAYERED_SCENE: &str = r#"<scene version="3.0.0">
+    <integrator type="vpt"><boolean name="layers" value="true"/><integer name="photons" value="2000"/></integrator>
+    <sensor type="perspective">
+        <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <sampler type="independent"><integer name="sample_count" value="3"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="16"/><integer name="height" value="16"/>
+            <string name="component_format" value="float32"/><string name="pixel_format" value="rgb"/>
+        </film>
+    </sensor>
+    <shape type="rectangle"><bsdf type="diffuse"/></shape>
+    <shape type="sphere">
+        <point name="center" x="0.5" y="0" z="1"/><float name="radius" value="0.2"/>
+        <emitter type="area"><rgb name="radiance" value="4"/></emitter>
+    </shape>
 </scene>
 "#;
 
@@ -66,6 +86,28 @@ fn stock_program_renders_in_its_default_variant() {
 #[test]
 fn stock_program_renders_in_scalar_rgb() {
     stock_program_renders("stock_program_renders_in_scalar_rgb", "scalar_rgb");
+}
+
+/// Layers are further channels of Mitsuba's own film, so its own program writes them.
+#[test]
+fn stock_program_writes_layers() {
+    let desk = Desk::new();
+    let scene = desk.folder.path().join("scene.xml");
+    std::fs::write(&scene, LAYERED_SCENE).unwrap();
+    let mut mitsuba = stock_program("scalar_rgb");
+    mitsuba.arg("-a").arg(plugin_dir()).arg("-o").arg(desk.picture()).arg(&scene);
+    succeed(mitsuba);
+    let (picture, _) = LayeredPicture::read(&desk.picture()).unwrap();
+    let names: Vec<_> = picture.channels.iter().map(|channel| channel.name.as_str()).collect();
+    assert_eq!(names.len(), 3 + 10 + 3, "{names:?}");
+    let mean = |name: &str| {
+        let channel = picture.channel(name).unwrap_or_else(|| panic!("no channel {name}"));
+        channel.iter().sum::<f32>() / channel.len() as f32
+    };
+    let layers = ["surfaces.G", "emission.G", "media.G"].map(mean);
+    assert!(layers[0] > 0.0 && layers[1] > 0.0 && layers[2] == 0.0, "{layers:?}");
+    assert!((layers.iter().sum::<f32>() / mean("G") - 1.0).abs() < 1e-5);
+    assert!(mean("samples.Y") > 0.0 && mean("error.G") > 0.0);
 }
 
 #[test]

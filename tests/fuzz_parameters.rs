@@ -59,6 +59,7 @@ const PARAMETERS: [(&str, &[&str]); 23] = [
     ("estimate_error", &["true", "false"]),
     ("target_error", &["0", "0.5"]),
     ("error_image", &["true", "false"]),
+    ("layers", &["true", "false"]),
     ("timeout", &["-1", "1", "1e300"]),
 ];
 

@@ -94,6 +94,23 @@ fn the_film_between_passes_has_the_bits_of_the_engine() {
     }
 }
 
+/// Layers through the ABI are those of the engine; without them there are zeros.
+#[test]
+fn layers_through_the_abi_have_the_bits_of_the_engine() {
+    let world = world(Disclosure::Full);
+    for layers in [true, false] {
+        let own = Parameters { layers, passes: 2, photons: 300, ..Preset::Paper.parameters() };
+        let own = method::render(&world, &own, &mut Silent).unwrap();
+        let mut parameters = small(["ppt", "", "", "", ""]);
+        parameters.numbers.layers = layers.into();
+        let returned = render(&world, &parameters, None).unwrap();
+        assert_eq!(own.layers.is_some(), layers);
+        assert!(own.layers.is_none_or(|own| own == returned.layers));
+        assert_eq!(returned.layers.iter().any(|value| *value > 0.0), layers);
+        assert_eq!(returned.storage, own.film.values);
+    }
+}
+
 /// A storage of another size than the film's is refused before anything is written to it.
 #[test]
 fn a_storage_of_the_wrong_size_is_refused() {
@@ -150,7 +167,7 @@ prop_compose! {
         floats in [odd_float(), odd_float(), odd_float()],
         target_error in prop_oneof![Just(0.0), any::<f64>()],
         timeout in prop_oneof![Just(0.0), any::<f64>()],
-        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 7]>()),
+        (passes, threads, seed, flags) in (0_u32..4, 1_u32..3, any::<u64>(), any::<[bool; 8]>()),
     ) -> RawParameters {
         let names = [&method, &schedule, &shooting, &beams, &effects];
         let names = names.map(|name| name.replace('\0', ""));
@@ -170,6 +187,7 @@ prop_compose! {
         numbers.emission_rays = flags[4].into();
         numbers.glossy_chains = flags[5].into();
         numbers.guided_emission = flags[6].into();
+        numbers.layers = flags[7].into();
         raw
     }
 }
@@ -179,6 +197,7 @@ fn checked(result: Result<Returned, String>) -> Result<Returned, String> {
     if let Ok(returned) = &result {
         assert!(returned.storage.iter().all(|value| value.is_finite()));
         assert!(returned.error_image.iter().all(|value| !value.is_nan()));
+        assert!(returned.layers.iter().all(|value| value.is_finite()));
     }
     if let Err(sentence) = &result {
         assert!(sentence.len() > 10, "{sentence:?}");

@@ -35,14 +35,18 @@ impl<O> Live<O> {
         Ok(Live { observer, viewer, display: display.clone(), pixels })
     }
 
-    /// Shows the picture that is written, lets the viewer go, and gives the observer back.
-    pub fn conclude(self, scene: &LoadedScene) -> Result<O> {
-        let Some(viewer) = self.viewer else { return Ok(self.observer) };
+    pub fn observer(&self) -> &O {
+        &self.observer
+    }
+
+    /// Shows the picture that was written, and lets the viewer go.
+    pub fn conclude(self, scene: &LoadedScene) -> Result<()> {
+        let Some(viewer) = self.viewer else { return Ok(()) };
         viewer.show(scene.read_rgb()?.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect());
         if let Err(sentence) = viewer.close() {
             self.display.warn(&format!("warning: {sentence}"));
         }
-        Ok(self.observer)
+        Ok(())
     }
 
     fn show(&mut self, film: &dyn FilmSoFar) {

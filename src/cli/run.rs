@@ -31,9 +31,10 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     let scene_hash = hash(job);
 
     let memory = Watch::begin();
-    let (stats, ending) = render_passes(job, &session, &mut scene)?;
+    let (stats, ending, live) = render_passes(job, &session, &mut scene)?;
     let metadata = metadata(job, &Making { session: &session, stats: &stats, scene_hash });
     job.picture.replace(|aside| write(job, &scene, &metadata, aside)).map_err(Failure::failed)?;
+    live.conclude(&scene).map_err(Failure::failed)?;
     if let Some(target) = &job.stats {
         let (variant, notes) = (session.variant(), scene.notes());
         let (peak_memory, render_memory) = (memory.peak(), memory.growth());
@@ -82,7 +83,7 @@ fn render_passes(
     job: &RenderJob,
     session: &Session,
     scene: &mut LoadedScene,
-) -> Result<(Stats, Ending), Failure> {
+) -> Result<(Stats, Ending, Live<Reporter>), Failure> {
     let display = display(job);
     let herald = display.clone();
     let say = move || herald.say("stopping after this pass; Ctrl-C again aborts without a picture");
@@ -95,7 +96,7 @@ fn render_passes(
     display.finish();
 
     let stats = result.map_err(Failure::failed)?;
-    let reporter = live.conclude(scene).map_err(Failure::failed)?;
+    let reporter = live.observer();
     let ending = match Ending::of(stats.passes, reporter.passes(), interrupt.requested()) {
         Ending::Timeout if reporter.is_accurate() => Ending::Accuracy,
         ending => ending,
@@ -113,7 +114,7 @@ fn render_passes(
     if let Some(target) = job.goal.target_error.filter(|_| !reporter.is_accurate()) {
         display.say(&format!("note: the error of {} was not reached", text::percent(target)));
     }
-    Ok((stats, ending))
+    Ok((stats, ending, live))
 }
 
 /// A bar where a terminal shows it and Mitsuba's log does not tear it.

@@ -113,3 +113,32 @@ fn film_pixel(description: &SceneDescription, ray: usize) -> Option<usize> {
     let y = (ray / rays_width).checked_sub((rays_height - height) / 2)?;
     (x < width && y < height).then_some(y * width + x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Aabb;
+    use crate::scene::SensorFacts;
+
+    /// A film of 4 x 3 pixels within a border of one.
+    #[test]
+    fn rays_of_the_border_belong_to_no_pixel() {
+        let description = SceneDescription {
+            film_size: [6, 5],
+            film_offset: [-1, -1],
+            film_channels: 5,
+            film_pixels: 12,
+            film_width: 4,
+            media: vec![],
+            bounds: Aabb::EMPTY,
+            surfaces: Vec::new(),
+            emitters: Vec::new(),
+            sensor: SensorFacts::default(),
+            warnings: vec![],
+        };
+        let pixels: Vec<_> = (0..30).filter_map(|ray| film_pixel(&description, ray)).collect();
+        assert_eq!(pixels, (0..12).collect::<Vec<_>>());
+        assert_eq!(film_pixel(&description, 7), Some(0));
+        assert_eq!((film_pixel(&description, 6), film_pixel(&description, 11)), (None, None));
+    }
+}

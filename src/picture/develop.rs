@@ -23,13 +23,12 @@ pub enum PixelFormat {
     Xyza,
 }
 
-/// The film's parameter `component_format`.
+/// The film's parameter `component_format`, but for integers, to which Mitsuba dithers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ComponentFormat {
     Float16,
     Float32,
-    Uint32,
 }
 
 /// How a film stores its picture.
@@ -39,9 +38,9 @@ pub struct FilmFormat {
     pub component: ComponentFormat,
 }
 
-/// The film is no `hdrfilm`.
+/// The film is no `hdrfilm`, or stores integers.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the film does not write pictures as hdrfilm does: {0}")]
+#[error("the film does not write floating-point pictures as hdrfilm does: {0}")]
 pub struct UnknownFormat(pub String);
 
 impl FilmFormat {
@@ -68,7 +67,6 @@ impl FilmFormat {
         let component = match field("component_format") {
             Some("float16") => ComponentFormat::Float16,
             Some("float32") => ComponentFormat::Float32,
-            Some("uint32") => ComponentFormat::Uint32,
             _ => return Err(unknown()),
         };
         Ok(FilmFormat { pixel, component })
@@ -167,6 +165,7 @@ mod tests {
         assert_eq!(format.component, ComponentFormat::Float16);
         assert!(FilmFormat::of_film(&FILM.replace("HDRFilm", "OtherFilm")).is_err());
         assert!(FilmFormat::of_film(&FILM.replace("rgba", "multichannel")).is_err());
+        assert!(FilmFormat::of_film(&FILM.replace("float16", "uint32")).is_err());
     }
 
     /// Two pixels, one without any weight: its sums are 0, and so is what comes of them.

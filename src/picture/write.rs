@@ -65,15 +65,7 @@ fn samples(values: &[f32], format: ComponentFormat) -> FlatSamples {
             FlatSamples::F16(values.iter().map(|&value| f16::from_f32(value)).collect())
         }
         ComponentFormat::Float32 => FlatSamples::F32(values.to_vec()),
-        ComponentFormat::Uint32 => FlatSamples::U32(values.iter().copied().map(share).collect()),
     }
-}
-
-/// Of the range of integers, in single precision. [Mitsuba's `hdrfilm`]
-fn share(value: f32) -> u32 {
-    const RANGE: f32 = u32::MAX as f32;
-    const LARGEST: f32 = 4_294_967_040.0;
-    (value.clamp(0.0, 1.0) * RANGE).min(LARGEST) as u32
 }
 
 #[cfg(test)]

@@ -3,5 +3,5 @@
 #include "vpt.h"
 
 int (*const vpt_render_is_declared)(const struct VptHost *, const struct VptParameters *,
-                                    const struct VptObserver *, double *, size_t, float *, char *,
-                                    size_t) = vpt_render;
+                                    const struct VptObserver *, double *, size_t, float *, double *,
+                                    char *, size_t) = vpt_render;

@@ -20,9 +20,9 @@ pub struct ImageInfo {
 pub fn create(image: &ImageInfo) -> Vec<u8> {
     let mut packet = Packet::new(CREATE_IMAGE);
     packet.flag(true);
-    packet.text(&image.name);
-    [image.width, image.height, CHANNELS.len() as u32].map(|number| packet.number(number));
-    CHANNELS.map(|name| packet.text(name));
+    packet.texts(&[&image.name]);
+    packet.numbers(&[image.width, image.height, CHANNELS.len() as u32]);
+    packet.texts(&CHANNELS);
     packet.finish()
 }
 
@@ -30,13 +30,13 @@ pub fn create(image: &ImageInfo) -> Vec<u8> {
 pub fn update(image: &ImageInfo, first: u32, rows: u32, pixels: &[[f32; 3]]) -> Vec<u8> {
     let mut packet = Packet::new(UPDATE_IMAGE_V3);
     packet.flag(false);
-    packet.text(&image.name);
-    packet.number(CHANNELS.len() as u32);
-    CHANNELS.map(|name| packet.text(name));
-    [0, first, image.width, rows].map(|number| packet.number(number));
+    packet.texts(&[&image.name]);
+    packet.numbers(&[CHANNELS.len() as u32]);
+    packet.texts(&CHANNELS);
+    packet.numbers(&[0, first, image.width, rows]);
     // Where each channel's first value is among all values, and how far apart its values are.
-    [0_i64, 1, 2].map(|offset| packet.long(offset));
-    [CHANNELS.len() as i64; 3].map(|stride| packet.long(stride));
+    packet.longs(&[0, 1, 2]);
+    packet.longs(&[CHANNELS.len() as i64; 3]);
     packet.values(pixels.as_flattened());
     packet.finish()
 }
@@ -52,17 +52,19 @@ impl Packet {
         self.0.push(flag.into());
     }
 
-    fn text(&mut self, text: &str) {
-        self.0.extend(text.bytes().filter(|&byte| byte != 0));
-        self.0.push(0);
+    fn texts(&mut self, texts: &[&str]) {
+        for text in texts {
+            self.0.extend(text.bytes().filter(|&byte| byte != 0));
+            self.0.push(0);
+        }
     }
 
-    fn number(&mut self, number: u32) {
-        self.0.extend(number.to_le_bytes());
+    fn numbers(&mut self, numbers: &[u32]) {
+        self.0.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
     }
 
-    fn long(&mut self, number: i64) {
-        self.0.extend(number.to_le_bytes());
+    fn longs(&mut self, numbers: &[i64]) {
+        self.0.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
     }
 
     fn values(&mut self, values: &[f32]) {

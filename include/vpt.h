@@ -98,7 +98,7 @@ typedef struct VptFilm VptFilm;
 #define VPT_EFFECT_ENVIRONMENT (1 << 11)
 
 // Values per film pixel of the layers that `vpt_render` writes: red, green and blue of surfaces, media and direct emission, and
-// the number of deposits.
+// the number of deposits per pass.
 #define VPT_LAYER_CHANNELS 10
 
 // The integrator's parameters; names and meanings are those of `method::Parameters`.

@@ -78,13 +78,15 @@ impl LayerSums {
         Ok(())
     }
 
-    /// Weighted sums of [`LAYER_CHANNELS`] for each film pixel. `film` is the whole picture's, whose weights divide them;
+    /// Weighted sums of [`LAYER_CHANNELS`] for each pixel of a film of so many passes; of deposits the mean per pass, since a count of many
+    /// passes would leave the range of half precision. `film` is the whole picture's, whose weights divide them;
     /// `emission` is the film of emission where it has one of its own.
     pub fn finish(
         &self,
         description: &SceneDescription,
         film: &FilmSums,
         emission: Option<&FilmSums>,
+        passes: u32,
     ) -> Vec<f64> {
         let channels = description.film_channels as usize;
         let mut lamps = self.emission.clone();
@@ -97,7 +99,8 @@ impl LayerSums {
         for (pixel, &samples) in self.samples.iter().enumerate() {
             let first = pixel * channels;
             layers.iter().for_each(|layer| values.extend(&layer.values[first..first + 3]));
-            values.push(samples as f64 * film.values[first + channels - 1]);
+            let weight = film.values[first + channels - 1];
+            values.push(samples as f64 / f64::from(passes.max(1)) * weight);
         }
         values
     }

@@ -435,7 +435,7 @@ pub struct VptProgress {
 }
 
 /// Values per film pixel of the layers that `vpt_render` writes: red, green and blue of surfaces, media and direct emission, and
-/// the number of deposits.
+/// the number of deposits per pass.
 pub const VPT_LAYER_CHANNELS: u32 = 10;
 
 /// A statistics report that only the engine can read.

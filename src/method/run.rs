@@ -332,7 +332,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let error_image = self.error.map(|error| error.image());
         let (description, mut film) = (self.scene.description(), self.film);
         let emission = self.emission.map(|emission| emission.film);
-        let layers = self.layers.map(|own| own.finish(description, &film, emission.as_ref()));
+        let layers =
+            self.layers.map(|own| own.finish(description, &film, emission.as_ref(), self.passes));
         if let Some(emission) = emission {
             film.add_mean(&emission, description);
         }

@@ -36,7 +36,7 @@ const SCENE: &str = r#"<scene version="3.0.0">
 </scene>"#;
 
 /// Parameters, with values that are right.
-const PARAMETERS: [(&str, &[&str]); 23] = [
+const PARAMETERS: [(&str, &[&str]); 24] = [
     ("method", &["ppt", "ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"]),
     ("preset", &["fast", "paper"]),
     ("connections", &["true", "false", "auto"]),

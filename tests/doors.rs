@@ -34,7 +34,10 @@ const PROBE_SCENE: &str = r#"<scene version="3.0.0">
 
 /// A lamp and a wall that it lights, with layers.
 const LAYERED_SCENE: &str = r#"<scene version="3.0.0">
-    <integrator type="vpt"><boolean name="layers" value="true"/><integer name="photons" value="2000"/></integrator>
+    <integrator type="vpt">
+        <boolean name="layers" value="true"/><boolean name="connections" value="false"/>
+        <integer name="photons" value="2000"/>
+    </integrator>
     <sensor type="perspective">
         <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
         <sampler type="independent"><integer name="sample_count" value="3"/></sampler>

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// Weights of red, green and blue in X, Y and Z. [Mitsuba's `hdrfilm`]
 const XYZ: [[f32; 3]; 3] = [
-    [0.412453, 0.357580, 0.180423],
-    [0.212671, 0.715160, 0.072169],
+    [0.412453, 0.35758, 0.180423],
+    [0.212671, 0.71516, 0.072169],
     [0.019334, 0.119193, 0.950227],
 ];
 
@@ -190,7 +190,12 @@ mod tests {
         assert!(rgba.channels.iter().all(|channel| channel.values[1] == 0.0));
         // The weights of red, green and blue add up to 1, and 1 + green + 2 blue is what is left.
         let y = &developed(PixelFormat::Luminance).channels[0];
-        assert!((y.values[0] - (1.0 + 0.715160 + 2.0 * 0.072169)).abs() < 1e-6);
-        assert_eq!(developed(PixelFormat::Xyz).channels.len(), 4);
+        assert!((y.values[0] - (1.0 + 0.71516 + 2.0 * 0.072169)).abs() < 1e-6);
+        let xyz = developed(PixelFormat::Xyz);
+        assert_eq!(xyz.channels.len(), 4);
+        for picture in [rgba, xyz] {
+            let colours = picture.rgb(None).unwrap()[0].into_iter().zip([1.0, 2.0, 3.0]);
+            assert!(colours.into_iter().all(|(colour, expected)| (colour - expected).abs() < 1e-5));
+        }
     }
 }

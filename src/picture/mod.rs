@@ -51,17 +51,31 @@ impl LayeredPicture {
         found.map(|channel| channel.values.as_slice())
     }
 
-    /// Red, green and blue of a layer, or of the picture where none is named; the same number three times where there is
-    /// luminance alone.
+    /// Red, green and blue of a layer, or of the picture where none is named: as they are, from X, Y and Z, or the same number three
+    /// times where there is luminance alone.
     pub fn rgb(&self, layer: Option<&str>) -> Option<Vec<[f32; 3]>> {
         let named = |colour: &str| match layer {
             Some(layer) => self.channel(&format!("{layer}.{colour}")),
             None => self.channel(colour),
         };
-        let [r, g, b] = match [named("R"), named("G"), named("B")] {
-            [Some(r), Some(g), Some(b)] => [r, g, b],
-            _ => [named("Y")?; 3],
-        };
-        Some((0..self.width * self.height).map(|i| [r[i], g[i], b[i]]).collect())
+        let pixels = 0..self.width * self.height;
+        if let [Some(r), Some(g), Some(b)] = ["R", "G", "B"].map(named) {
+            return Some(pixels.map(|i| [r[i], g[i], b[i]]).collect());
+        }
+        let y = named("Y")?;
+        Some(match [named("X"), named("Z")] {
+            [Some(x), Some(z)] => pixels.map(|i| rgb_of_xyz([x[i], y[i], z[i]])).collect(),
+            _ => pixels.map(|i| [y[i]; 3]).collect(),
+        })
     }
+}
+
+/// Linear sRGB. [Mitsuba's `xyz_to_srgb`]
+fn rgb_of_xyz(xyz: [f32; 3]) -> [f32; 3] {
+    const ROWS: [[f32; 3]; 3] = [
+        [3.240479, -1.53715, -0.498535],
+        [-0.969256, 1.875991, 0.041556],
+        [0.055648, -0.204043, 1.057311],
+    ];
+    ROWS.map(|row| row.into_iter().zip(xyz).map(|(weight, value)| weight * value).sum())
 }

@@ -72,11 +72,13 @@ mod tests {
 
     fn progress(passes_done: u32, seconds: f64, error: Option<f64>) -> Progress {
         Progress {
+            first_pass: 0,
             passes_done,
             passes: 20,
             walks: 0,
             radii: Radii { surface: 0.01, medium: 0.02 },
             seconds,
+            seconds_before: 0.0,
             shooting: PerFamily::default(),
             // Noise alone, of which the square falls as 1/n.
             error: error.map(|relative| ErrorEstimate {

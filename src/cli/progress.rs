@@ -196,7 +196,17 @@ mod tests {
         let radii = Radii { surface: 0.01, medium: 0.02 };
         let walks = u64::from(passes_done) * 1_000_000;
         let shooting = PerFamily::default();
-        Progress { passes_done, passes: 20, walks, radii, seconds, shooting, error: None }
+        Progress {
+            first_pass: 0,
+            passes_done,
+            passes: 20,
+            walks,
+            radii,
+            seconds,
+            seconds_before: 0.0,
+            shooting,
+            error: None,
+        }
     }
 
     #[test]

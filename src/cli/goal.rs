@@ -22,7 +22,8 @@ impl Goal {
     /// Share of the work that is done.
     pub fn share_done(&self, progress: &Progress) -> f64 {
         let passes = f64::from(progress.passes_done) / f64::from(progress.passes.max(1));
-        let time = self.timeout.map_or(0.0, |timeout| progress.seconds / timeout);
+        let seconds = progress.seconds - progress.seconds_before;
+        let time = self.timeout.map_or(0.0, |timeout| seconds / timeout);
         let accuracy = self.factor_to_target(progress).map_or(0.0, |factor| 1.0 / factor);
         passes.max(time).max(accuracy).min(1.0)
     }
@@ -35,7 +36,7 @@ impl Goal {
         }
         let for_passes = (passes != OPEN_PASSES)
             .then(|| seconds / f64::from(passes_done) * f64::from(passes - passes_done));
-        let for_time = self.timeout.map(|timeout| timeout - seconds);
+        let for_time = self.timeout.map(|timeout| timeout - (seconds - progress.seconds_before));
         let for_target = self.factor_to_target(progress).map(|factor| seconds * (factor - 1.0));
         [for_passes, for_time, for_target]
             .into_iter()

@@ -158,6 +158,14 @@ fn details(progress: &Progress, goal: &Goal) -> String {
     }
     parts.push(format!("radii {} surface", text::length(progress.radii.surface)));
     parts.push(format!("{} medium", text::length(progress.radii.medium)));
+    if progress.first_pass > 0 {
+        let first = progress.first_pass;
+        let end = u64::from(first) + u64::from(progress.passes);
+        parts.push(match progress.passes {
+            OPEN_PASSES => format!("passes from {first} on"),
+            _ => format!("passes {first}..{end}"),
+        });
+    }
     parts.extend(shooting("surfaces", &progress.shooting.surface));
     parts.extend(shooting("media", &progress.shooting.medium));
     parts.join(", ")

@@ -101,7 +101,11 @@ impl FilmSoFar for Held<'_> {
 }
 
 /// Tells the observer how far the render is; false where it has ended.
-pub fn goes_on(render: &dyn Progressive, parameters: &Parameters, observer: &mut dyn Observer) -> bool {
+pub fn goes_on(
+    render: &dyn Progressive,
+    parameters: &Parameters,
+    observer: &mut dyn Observer,
+) -> bool {
     let progress = render.progress();
     let stopped = observer.progress(&progress, &Held(render)).is_break();
     let seconds = progress.seconds - progress.seconds_before;

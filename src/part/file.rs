@@ -1,0 +1,315 @@
+//! Parts as EXR files: channels of 32-bit integers hold the sums bit by bit, red, green and blue what a viewer shows, and an
+//! attribute everything else.
+
+use super::{Ground, Part, PassRanges};
+use crate::film::error::{ErrorSums, Trend, WORDS};
+use crate::film::layers::LayerSums;
+use crate::film::ExactSums;
+use crate::markov::FamilyReport;
+use crate::method::{Counters, Gathered, PhaseSeconds};
+use crate::transport::photon::PerFamily;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
+    Layer, LayerAttributes, LineOrder, ReadChannels, ReadLayers, SmallVec, Text, WritableImage,
+};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Of the layout of these files.
+const FORMAT: u32 = 1;
+/// The attribute by which a part is told from other pictures.
+const ATTRIBUTE: &str = "vpt.part";
+
+/// A file that is no part, or no whole one.
+#[derive(Debug, thiserror::Error)]
+pub enum PartFileError {
+    #[error("cannot read the part \"{}\"", .path.display())]
+    Unreadable { path: PathBuf, source: io::Error },
+    #[error("\"{}\" is no whole EXR file, so it is no part; render those passes again", .path.display())]
+    NoPicture { path: PathBuf, source: exr::error::Error },
+    #[error(
+        "\"{}\" is a picture but no part; parts are what `vpt render --passes A..B`, `--checkpoint` and `vpt merge --part` write",
+        .0.display()
+    )]
+    NoPart(PathBuf),
+    #[error("the part \"{}\" has the format {found}, but this vpt reads {FORMAT}; merge with the version that wrote it", .path.display())]
+    Format { path: PathBuf, found: u32 },
+    #[error("the part \"{}\" is damaged: {what}; render its passes again", .path.display())]
+    Damaged { path: PathBuf, what: String },
+    #[error("cannot write the part")]
+    Unwritable(#[from] io::Error),
+    #[error("cannot encode the part")]
+    Encoding(#[source] exr::error::Error),
+}
+
+/// What the attribute says.
+#[derive(Serialize, Deserialize)]
+struct Facts {
+    format: u32,
+    ground: Ground,
+    scene: String,
+    passes: PassRanges,
+    has_emission: bool,
+    has_layers: bool,
+    error: Option<Trend>,
+    counters: Counters,
+    shooting: PerFamily<FamilyReport>,
+    seconds: f64,
+    phase_seconds: PhaseSeconds,
+    /// SHA-256 of the planes.
+    sums: String,
+}
+
+/// The format alone, which must be known before the rest can be read.
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+}
+
+/// Integers of all pixels under one name; those that are 0 everywhere are left out.
+type Planes = BTreeMap<String, Vec<u32>>;
+
+/// A part whose sums belong to somebody else.
+#[derive(Debug, Clone, Copy)]
+pub struct PartView<'a> {
+    pub ground: &'a Ground,
+    pub scene: &'a str,
+    pub passes: &'a PassRanges,
+    pub gathered: &'a Gathered,
+}
+
+impl PartView<'_> {
+    /// Writes the part to a file that lies open, and leaves it to the caller to bring it to the disk.
+    pub fn write(&self, file: &File) -> Result<(), PartFileError> {
+        let planes = self.planes();
+        let facts = serde_json::to_string(&self.facts(&planes)).map_err(io::Error::from)?;
+        let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = self.shown();
+        let integers = |(name, plane): (String, Vec<u32>)| {
+            AnyChannel::new(name.as_str(), FlatSamples::U32(plane))
+        };
+        channels.extend(planes.into_iter().map(integers));
+        let mut attributes = LayerAttributes::default();
+        let text = AttributeValue::Text(Text::from_bytes_unchecked(facts.bytes().collect()));
+        attributes.other.insert(Text::from(ATTRIBUTE), text);
+        let encoding = Encoding {
+            compression: Compression::RLE,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        let [width, height] = self.ground.film.size.map(|n| n as usize);
+        let layer = Layer::new((width, height), attributes, encoding, AnyChannels::sort(channels));
+        let mut buffer = BufWriter::new(file);
+        let written = Image::from_layer(layer).write().to_buffered(&mut buffer);
+        written.map_err(|error| match error {
+            exr::error::Error::Io(error) => PartFileError::Unwritable(error),
+            other => PartFileError::Encoding(other),
+        })?;
+        Ok(buffer.flush()?)
+    }
+
+    fn facts(&self, planes: &Planes) -> Facts {
+        let gathered = self.gathered;
+        Facts {
+            format: FORMAT,
+            ground: self.ground.clone(),
+            scene: self.scene.to_owned(),
+            passes: self.passes.clone(),
+            has_emission: gathered.emission.is_some(),
+            has_layers: gathered.layers.is_some(),
+            error: gathered.error.as_ref().map(|error| error.trend().clone()),
+            counters: gathered.counters,
+            shooting: gathered.shooting,
+            seconds: gathered.seconds,
+            phase_seconds: gathered.phase_seconds,
+            sums: checksum(planes),
+        }
+    }
+
+    fn planes(&self) -> Planes {
+        let (gathered, channels) = (self.gathered, self.ground.film.channels as usize);
+        let mut planes = Planes::new();
+        put_sums(&mut planes, "picture", &gathered.film, channels);
+        if let Some(emission) = &gathered.emission {
+            put_sums(&mut planes, "direct", emission, channels);
+        }
+        if let Some(LayerSums { surfaces, media, emission, samples }) = &gathered.layers {
+            put_sums(&mut planes, "surfaces", surfaces, channels);
+            put_sums(&mut planes, "media", media, channels);
+            put_sums(&mut planes, "emission", emission, channels);
+            put(&mut planes, "samples", samples.iter().map(|&count| halves(count)));
+        }
+        if let Some(error) = &gathered.error {
+            put(&mut planes, "error", error.words());
+        }
+        planes
+    }
+
+    /// Red, green and blue for whoever opens the file in a viewer.
+    fn shown(&self) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+        let channels = self.ground.film.channels as usize;
+        let means = self.gathered.picture(channels).means(channels);
+        let colour = |(index, name): (usize, &str)| {
+            let values = means.iter().map(|pixel| pixel[index]).collect();
+            AnyChannel::new(name, FlatSamples::F32(values))
+        };
+        ["R", "G", "B"].into_iter().enumerate().map(colour).collect()
+    }
+}
+
+impl Part {
+    pub fn view(&self) -> PartView<'_> {
+        let Part { ground, scene, passes, gathered } = self;
+        PartView { ground, scene, passes, gathered }
+    }
+
+    /// Reads a part, whatever its name.
+    pub fn read(path: &Path) -> Result<Self, PartFileError> {
+        let unreadable = |source| PartFileError::Unreadable { path: path.to_owned(), source };
+        let file = File::open(path).map_err(unreadable)?;
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_unbuffered(file)
+            .map_err(|source| PartFileError::NoPicture { path: path.to_owned(), source })?;
+        let layer = image.layer_data;
+        let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
+        else {
+            return Err(PartFileError::NoPart(path.to_owned()));
+        };
+        let facts = facts(path, &text.bytes().iter().copied().collect::<Vec<u8>>())?;
+        let planes =
+            layer.channel_data.list.into_iter().filter_map(|channel| match channel.sample_data {
+                FlatSamples::U32(plane) => Some((channel.name.to_string(), plane)),
+                _ => None,
+            });
+        let planes: Planes = planes.collect();
+        let damaged =
+            |what: &str| PartFileError::Damaged { path: path.to_owned(), what: what.to_owned() };
+        let [width, height] = facts.ground.film.size.map(|n| n as usize);
+        if (layer.size.width(), layer.size.height()) != (width, height) {
+            return Err(damaged("it has another size than its sums"));
+        }
+        if !facts.passes.is_sound() {
+            return Err(damaged("its passes are in disorder"));
+        }
+        if checksum(&planes) != facts.sums {
+            return Err(damaged("its sums are not those that were written"));
+        }
+        Ok(assembled(facts, &planes))
+    }
+}
+
+fn facts(path: &Path, text: &[u8]) -> Result<Facts, PartFileError> {
+    let damaged = |error: serde_json::Error| PartFileError::Damaged {
+        path: path.to_owned(),
+        what: error.to_string(),
+    };
+    let Format { format } = serde_json::from_slice(text).map_err(damaged)?;
+    if format != FORMAT {
+        return Err(PartFileError::Format { path: path.to_owned(), found: format });
+    }
+    serde_json::from_slice(text).map_err(damaged)
+}
+
+fn assembled(facts: Facts, planes: &Planes) -> Part {
+    let [width, height] = facts.ground.film.size.map(|n| n as usize);
+    let (pixels, channels) = (width * height, facts.ground.film.channels as usize);
+    let sums = |name| take_sums(planes, name, pixels, channels);
+    let layers = || LayerSums {
+        surfaces: sums("surfaces"),
+        media: sums("media"),
+        emission: sums("emission"),
+        samples: take(planes, "samples", pixels).map(whole).collect(),
+    };
+    let error = |trend: Trend| {
+        ErrorSums::from_words(trend, take::<WORDS>(planes, "error", pixels), width, channels)
+    };
+    Part {
+        gathered: Gathered {
+            film: sums("picture"),
+            emission: facts.has_emission.then(|| sums("direct")),
+            layers: facts.has_layers.then(layers),
+            error: facts.error.map(error),
+            passes: facts.passes.count(),
+            counters: facts.counters,
+            shooting: facts.shooting,
+            seconds: facts.seconds,
+            phase_seconds: facts.phase_seconds,
+        },
+        ground: facts.ground,
+        scene: facts.scene,
+        passes: facts.passes,
+    }
+}
+
+fn checksum(planes: &Planes) -> String {
+    let mut hash = Sha256::new();
+    for (name, plane) in planes {
+        hash.update(name.as_bytes());
+        hash.update((plane.len() as u64).to_le_bytes());
+        for block in plane.chunks(1 << 12) {
+            let bytes: Vec<u8> = block.iter().flat_map(|word| word.to_le_bytes()).collect();
+            hash.update(&bytes);
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Puts so many words of each pixel into planes of their own.
+fn put<const N: usize>(planes: &mut Planes, name: &str, words: impl Iterator<Item = [u32; N]>) {
+    let mut own = vec![Vec::new(); N];
+    for of_pixel in words {
+        own.iter_mut().zip(of_pixel).for_each(|(plane, word)| plane.push(word));
+    }
+    let named = (0..N).map(|word| format!("{name}.{word:02}")).zip(own);
+    planes.extend(named.filter(|(_, plane)| plane.iter().any(|&word| word != 0)));
+}
+
+fn take<'a, const N: usize>(
+    planes: &'a Planes,
+    name: &str,
+    pixels: usize,
+) -> impl Iterator<Item = [u32; N]> + 'a {
+    let own: [Option<&Vec<u32>>; N] =
+        std::array::from_fn(|word| planes.get(&format!("{name}.{word:02}")));
+    (0..pixels).map(move |pixel| own.map(|plane| plane.map_or(0, |plane| plane[pixel])))
+}
+
+/// Four words of each value, channel by channel.
+fn put_sums(planes: &mut Planes, name: &str, sums: &ExactSums, channels: usize) {
+    for channel in 0..channels {
+        let pairs = sums.pairs().iter().skip(channel).step_by(channels);
+        let words = pairs.map(|&[sum, rest]| {
+            let ([a, b], [c, d]) = (halves(sum.to_bits()), halves(rest.to_bits()));
+            [a, b, c, d]
+        });
+        put(planes, &format!("{name}.{channel}"), words);
+    }
+}
+
+fn take_sums(planes: &Planes, name: &str, pixels: usize, channels: usize) -> ExactSums {
+    let mut pairs = vec![[0.0; 2]; pixels * channels];
+    for channel in 0..channels {
+        let words = take(planes, &format!("{name}.{channel}"), pixels);
+        let own = pairs.iter_mut().skip(channel).step_by(channels);
+        for (pair, [a, b, c, d]) in own.zip(words) {
+            *pair = [[a, b], [c, d]].map(|halves| f64::from_bits(whole(halves)));
+        }
+    }
+    ExactSums::from_pairs(pairs)
+}
+
+fn halves(word: u64) -> [u32; 2] {
+    [(word >> 32) as u32, word as u32]
+}
+
+fn whole([high, low]: [u32; 2]) -> u64 {
+    u64::from(high) << 32 | u64::from(low)
+}

@@ -175,13 +175,15 @@ impl<'a> Gathering<'a> {
         display.finish();
         self.keep(&*render);
         let gathered = self.end(render, &interrupt, &display)?;
-        let picture =
-            || Ok(developed(&self.ground.film, &gathered.outcome).rgb(None).unwrap_or_default());
-        let reporter = live.conclude(picture).map_err(Failure::failed)?;
         let ending = match gathered.ending {
-            Ending::Timeout if reporter.is_accurate() => Ending::Accuracy,
+            Ending::Timeout if live.observer().is_accurate() => Ending::Accuracy,
             ending => ending,
         };
+        let picture = || {
+            let picture = developed(&self.ground.film, &gathered.outcome);
+            picture.rgb(None).context("the film's picture has no colours")
+        };
+        live.conclude(picture).map_err(Failure::failed)?;
         if let Some(cause) = cause(ending) {
             let passes = gathered.outcome.stats.passes;
             display.say(&format!("note: stopped by {cause} after {passes} passes"));

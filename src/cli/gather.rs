@@ -52,7 +52,8 @@ pub fn render(
     let film = film_ground(job, scene)?;
     let memory = Watch::begin();
     let parameters = parameters(job, scene)?;
-    let versions = [env!("CARGO_PKG_VERSION"), &session.mitsuba_version(), session.variant()];
+    let mitsuba = session.mitsuba_version();
+    let versions = [env!("CARGO_PKG_VERSION"), &mitsuba, session.variant()];
     let ground = Ground::new(versions, scene_hash, &job.scene.defines, job.sensor, film);
     let mut gathering = Gathering { job, parameters, ground, keeper: None };
     let Gathered { outcome, ending, passes } = gathering.render(session, scene)?;
@@ -142,9 +143,12 @@ impl<'a> Gathering<'a> {
     fn render(&mut self, session: &Session, scene: &LoadedScene) -> Result<Gathered, Failure> {
         let display = display(self.job);
         let herald = display.clone();
+        let left = match self.job.checkpoint {
+            Some(_) => "with what the checkpoint holds",
+            None => "without a part",
+        };
         let say = move || {
-            herald
-                .say("stopping after this pass; Ctrl-C again aborts with what the checkpoint holds")
+            herald.say(&format!("stopping after this pass; Ctrl-C again aborts {left}"));
         };
         let interrupt =
             Interrupt::listen(say).context("cannot listen for Ctrl-C").map_err(Failure::failed)?;

@@ -8,16 +8,14 @@ use crate::film::ExactSums;
 use crate::markov::FamilyReport;
 use crate::method::{Counters, Gathered, PhaseSeconds};
 use crate::transport::photon::PerFamily;
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
-    Layer, LayerAttributes, LineOrder, ReadChannels, ReadLayers, SmallVec, Text, WritableImage,
-};
+use exr::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::result::Result;
 
 /// Of the layout of these files.
 const FORMAT: u32 = 1;
@@ -183,7 +181,7 @@ impl Part {
         else {
             return Err(PartFileError::NoPart(path.to_owned()));
         };
-        let facts = facts(path, &text.bytes().iter().copied().collect::<Vec<u8>>())?;
+        let facts = facts(path, text.as_slice())?;
         let planes =
             layer.channel_data.list.into_iter().filter_map(|channel| match channel.sample_data {
                 FlatSamples::U32(plane) => Some((channel.name.to_string(), plane)),

@@ -311,3 +311,94 @@ fn halves(word: u64) -> [u32; 2] {
 fn whole([high, low]: [u32; 2]) -> u64 {
     u64::from(high) << 32 | u64::from(low)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::FilmGround;
+    use super::*;
+    use crate::picture::{ComponentFormat, FilmFormat, PixelFormat};
+
+    /// Two pixels with sums of all kinds: rests, zeros of both signs, and what no picture should hold.
+    fn part() -> Part {
+        let format = FilmFormat { pixel: PixelFormat::Rgb, component: ComponentFormat::Float16 };
+        let film = FilmGround { size: [2, 1], channels: 4, format, error_image: false };
+        let defines = [("a".to_owned(), "ü \"1\"".to_owned())];
+        let sums = |first: f64| {
+            let pairs = (0..8).map(|i| [first + f64::from(i), f64::from(i) * 1e-20]).collect();
+            ExactSums::from_pairs(pairs)
+        };
+        let odd = vec![[-0.0, 0.0], [f64::INFINITY, 0.0], [1e-320, -0.0], [0.1, 1e-18]];
+        let layers = LayerSums {
+            surfaces: sums(0.1),
+            media: ExactSums::from_pairs([odd.clone(), odd].concat()),
+            emission: ExactSums::new(8),
+            samples: vec![0, u64::MAX - 1],
+        };
+        Part {
+            ground: Ground::new(["1", "2", "scalar_rgb"], 7, &defines, 0, film),
+            scene: "Säle/scene.xml".to_owned(),
+            passes: PassRanges::of(3..5),
+            gathered: Gathered {
+                film: sums(1.0 / 3.0),
+                emission: Some(sums(1e30)),
+                layers: Some(layers),
+                error: None,
+                passes: 2,
+                counters: Counters { walks: 12, ..Counters::default() },
+                shooting: PerFamily::default(),
+                seconds: 0.1 + 0.2,
+                phase_seconds: PhaseSeconds { view: 1.0 / 3.0, ..PhaseSeconds::default() },
+            },
+        }
+    }
+
+    fn written(folder: &Path, part: &Part) -> PathBuf {
+        let path = folder.join("some file");
+        part.view().write(&File::create(&path).unwrap()).unwrap();
+        path
+    }
+
+    #[test]
+    fn files_hold_every_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = Part::read(&written(folder.path(), &part())).unwrap();
+        let bits = |part: &Part| -> Vec<u64> {
+            let layers = part.gathered.layers.as_ref().unwrap();
+            let emission = part.gathered.emission.as_ref().unwrap();
+            let sums = [&part.gathered.film, emission, &layers.surfaces, &layers.media];
+            let values = sums.iter().flat_map(|sums| sums.pairs().as_flattened());
+            values.map(|value| value.to_bits()).collect()
+        };
+        assert_eq!(bits(&read), bits(&part()));
+        assert_eq!(read, part());
+    }
+
+    #[test]
+    fn damage_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = written(folder.path(), &part());
+        let bytes = std::fs::read(&path).unwrap();
+        let sound = part();
+        // Whatever byte is flipped: the file is refused, or says the same.
+        for at in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 0x10;
+            std::fs::write(&path, damaged).unwrap();
+            if let Ok(read) = Part::read(&path) {
+                let (read, sound) = (&read.gathered, &sound.gathered);
+                assert!(
+                    (&read.film, &read.emission, &read.layers)
+                        == (&sound.film, &sound.emission, &sound.layers),
+                    "{at}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn formats_to_come_are_refused() {
+        let facts = facts(Path::new("a part"), br#"{"format": 2, "more": []}"#);
+        let Err(error) = facts.map(drop) else { panic!("it was read") };
+        assert!(error.to_string().contains("has the format 2"), "{error}");
+    }
+}

@@ -167,38 +167,43 @@ impl Part {
     /// Reads a part, whatever its name.
     pub fn read(path: &Path) -> Result<Self, PartFileError> {
         let unreadable = |source| PartFileError::Unreadable { path: path.to_owned(), source };
+        let no_picture = |source| PartFileError::NoPicture { path: path.to_owned(), source };
+        let damaged = |what: &str| {
+            Err(PartFileError::Damaged { path: path.to_owned(), what: what.to_owned() })
+        };
+        // Looked at before the pixels, which are as many as the header says.
         let file = File::open(path).map_err(unreadable)?;
+        let meta = MetaData::read_from_unbuffered(file, false).map_err(no_picture)?;
+        let header = meta.headers.first();
+        let attribute = header.and_then(|h| h.own_attributes.other.get(&Text::from(ATTRIBUTE)));
+        let (Some(header), Some(AttributeValue::Text(text))) = (header, attribute) else {
+            return Err(PartFileError::NoPart(path.to_owned()));
+        };
+        let facts = facts(path, text.as_slice())?;
+        let [width, height] = facts.ground.film.size.map(|n| n as usize);
+        if (header.layer_size.width(), header.layer_size.height()) != (width, height) {
+            return damaged("it has another size than its sums");
+        }
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
             .first_valid_layer()
             .all_attributes()
-            .from_unbuffered(file)
-            .map_err(|source| PartFileError::NoPicture { path: path.to_owned(), source })?;
-        let layer = image.layer_data;
-        let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
-        else {
-            return Err(PartFileError::NoPart(path.to_owned()));
-        };
-        let facts = facts(path, text.as_slice())?;
-        let planes =
-            layer.channel_data.list.into_iter().filter_map(|channel| match channel.sample_data {
+            .from_unbuffered(File::open(path).map_err(unreadable)?)
+            .map_err(no_picture)?;
+        let channels = image.layer_data.channel_data.list.into_iter();
+        let planes: Planes = channels
+            .filter_map(|channel| match channel.sample_data {
                 FlatSamples::U32(plane) => Some((channel.name.to_string(), plane)),
                 _ => None,
-            });
-        let planes: Planes = planes.collect();
-        let damaged =
-            |what: &str| PartFileError::Damaged { path: path.to_owned(), what: what.to_owned() };
-        let [width, height] = facts.ground.film.size.map(|n| n as usize);
-        if (layer.size.width(), layer.size.height()) != (width, height) {
-            return Err(damaged("it has another size than its sums"));
-        }
+            })
+            .collect();
         if !facts.passes.is_sound() {
-            return Err(damaged("its passes are in disorder"));
+            return damaged("its passes are in disorder");
         }
         if checksum(&planes) != facts.sums {
-            return Err(damaged("its sums are not those that were written"));
+            return damaged("its sums are not those that were written");
         }
         Ok(assembled(facts, &planes))
     }

@@ -24,10 +24,11 @@ pub const SCENE: &str = r#"<scene version="3.0.0">
         <emitter type="area"><rgb name="radiance" value="4"/></emitter>
     </shape>
     <shape type="rectangle">
+        <transform name="to_world"><scale value="4"/></transform>
         <bsdf type="diffuse"><rgb name="reflectance" value="$reflectance"/></bsdf>
     </shape>
     <shape type="sphere">
-        <point name="center" x="0" y="0" z="1"/><float name="radius" value="0.5"/>
+        <point name="center" x="0" y="0" z="1"/><float name="radius" value="1"/>
         <bsdf type="null"/>
         <medium name="interior" type="homogeneous">
             <rgb name="sigma_t" value="1"/><rgb name="albedo" value="0.8"/>

@@ -4,6 +4,8 @@ use super::balance;
 use super::effects::EffectReport;
 use super::emission::DirectEmission;
 use super::gathered::Gathered;
+use super::ground::{first_radii, Ground};
+use super::pass::{Pass, PILOT_PASS};
 use super::{
     Counters, Outcome, ParameterError, Parameters, PhaseSeconds, Progress, RenderError, Stats,
 };
@@ -14,24 +16,15 @@ use crate::film::layers::LayerSums;
 use crate::film::{add_bias, add_jitter, Emission, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::{Connections, Plan};
-use crate::scene::{Scene, SceneResult};
+use crate::scene::Scene;
 use crate::transport::connect;
 use crate::transport::deposits::PixelSums;
-use crate::transport::footprint::{automatic_radii, resolvable_radii};
-use crate::transport::gather::{Particles, Target};
+use crate::transport::footprint::resolvable_radii;
 use crate::transport::memory::HoldsReceivers;
-use crate::transport::pairs::Pairs;
 use crate::transport::photon::PerFamily;
-use crate::transport::photon_map::PhotonMap;
-use crate::transport::photons::UniformShooter;
-use crate::transport::receivers::Receivers;
-use crate::transport::store::{Storage, StoredPhotons};
 use crate::transport::view::{self, ViewPaths};
 use std::cell::Cell;
 use std::time::Instant;
-
-/// A number that no pass of a picture has: its photons are drawn from a stream of their own.
-const PILOT_PASS: u64 = u64::MAX;
 
 /// A render held between two passes, which the caller advances.
 pub trait Progressive {
@@ -156,81 +149,6 @@ pub struct Run<'a, R> {
 struct JitterFilms {
     film: FilmSums,
     emission: Option<FilmSums>,
-}
-
-/// What one pass works with.
-pub struct Pass<'a, R> {
-    pub scene: &'a dyn Scene,
-    pub parameters: &'a Parameters,
-    pub plan: &'a Plan,
-    pub receivers: &'a R,
-    pub radii: Radii,
-    pub number: u64,
-    /// Walks to be shot; a pilot shoots fewer than other passes do.
-    pub walks: u64,
-    pub walks_per_pass: u64,
-    /// Whether the pass is the first after new ray paths took the place of others.
-    pub receivers_changed: bool,
-    /// What the shooter reported.
-    shooting: Cell<PerFamily<FamilyReport>>,
-    /// Of wall time spent on building trees over photons.
-    tree_seconds: Cell<f64>,
-}
-
-impl<R: HoldsReceivers> Pass<'_, R> {
-    pub fn pairs(&self) -> Pairs<'_> {
-        Pairs::new(self.plan, self.receivers.as_ref(), self.radii)
-    }
-
-    /// Whether what the pass brings is thrown away.
-    pub fn is_pilot(&self) -> bool {
-        self.number == PILOT_PASS
-    }
-
-    /// Shoots the pass's photons and keeps them.
-    pub fn store(&self, particles: Particles) -> SceneResult<(StoredPhotons, Counters)> {
-        let seed = self.parameters.seed;
-        let (paths, plan) = (self.receivers.as_ref(), self.plan);
-        let (wanted, cone) = (paths.wanted(plan), paths.beam_cone);
-        let storage = Storage { scene: self.scene, plan, particles, wanted, cone, seed };
-        storage.shoot(self.number, self.walks)
-    }
-
-    /// Builds the structures over stored photons, on the clock of trees.
-    pub fn build_map(&self, stored: StoredPhotons) -> PhotonMap {
-        let clock = Instant::now();
-        let map = PhotonMap::build(stored);
-        self.tree_seconds.set(self.tree_seconds.get() + clock.elapsed().as_secs_f64());
-        map
-    }
-
-    /// Hands on what the shooter reports, for progress and statistics.
-    pub fn report_shooting(&self, report: PerFamily<FamilyReport>) {
-        self.shooting.set(report);
-    }
-}
-
-impl Pass<'_, Receivers> {
-    /// A pilot for methods whose photons are not to be shot uniformly: chains begin with their first pass.
-    pub fn pilot(
-        &self,
-        particles: Particles,
-        sums: &mut PixelSums,
-    ) -> Result<Counters, RenderError> {
-        let mut shooter = UniformShooter::new(self.parameters.seed);
-        Ok(shooter.shoot(&self.target(particles), self.number, self.walks, sums)?)
-    }
-
-    /// What photons are shot at.
-    pub fn target(&self, particles: Particles) -> Target<'_> {
-        Target {
-            scene: self.scene,
-            receivers: self.receivers,
-            particles,
-            radii: self.radii,
-            plan: self.plan,
-        }
-    }
 }
 
 impl<'a, R: HoldsReceivers> Run<'a, R> {
@@ -568,67 +486,4 @@ fn check_first_pass(first_pass: u32, jitter_every: u32) -> Result<(), ParameterE
     }
     let before = first_pass - first_pass % jitter_every;
     Err(ParameterError::SplitJitter { first_pass, jitter_every, before })
-}
-
-/// What ray paths depend on.
-struct Ground<'a> {
-    scene: &'a dyn Scene,
-    seed: u64,
-    plan: &'a Plan,
-    /// Whether layers are kept apart.
-    layers: bool,
-}
-
-impl Ground<'_> {
-    /// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
-    fn trace<R: HoldsReceivers>(
-        &self,
-        jitter: u64,
-        prepare: fn(ViewPaths) -> R,
-        counters: &mut Counters,
-        seconds: &mut PhaseSeconds,
-    ) -> Result<R, RenderError> {
-        let clock = Instant::now();
-        let paths = view::trace(self.scene, self.plan, self.seed, jitter)?;
-        seconds.view += clock.elapsed().as_secs_f64();
-        self.receivers(paths, jitter, prepare, counters, seconds)
-    }
-
-    fn receivers<R: HoldsReceivers>(
-        &self,
-        mut paths: ViewPaths,
-        jitter: u64,
-        prepare: fn(ViewPaths) -> R,
-        counters: &mut Counters,
-        seconds: &mut PhaseSeconds,
-    ) -> Result<R, RenderError> {
-        let clock = Instant::now();
-        if self.layers {
-            paths.keep_layers_apart();
-        }
-        if self.plan.connections.any() {
-            connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
-        }
-        counters.add(&paths.counters);
-        paths.shrink_for_passes();
-        seconds.view += clock.elapsed().as_secs_f64();
-        let clock = Instant::now();
-        let receivers = prepare(paths);
-        seconds.trees += clock.elapsed().as_secs_f64();
-        Ok(receivers)
-    }
-}
-
-/// Radii as given, or from the pixel footprint where they are 0.
-fn first_radii(
-    scene: &dyn Scene,
-    parameters: &Parameters,
-    paths: &ViewPaths,
-) -> Result<Radii, RenderError> {
-    let automatic = automatic_radii(scene, paths)?;
-    let choose = |given: f32, automatic: f32| if given > 0.0 { given } else { automatic };
-    Ok(Radii {
-        surface: choose(parameters.surface_radius, automatic.surface),
-        medium: choose(parameters.medium_radius, automatic.medium),
-    })
 }

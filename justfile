@@ -29,6 +29,10 @@ sanitize SANITIZER:
 markov:
     cargo test --release --test markov -- --ignored --nocapture
 
+# A render that is killed two hundred times
+survive:
+    cargo test --release --test parts -- --ignored --nocapture
+
 # Estimated errors of all methods against true ones
 calibration:
     cargo test --release --test error_estimate -- --ignored --nocapture

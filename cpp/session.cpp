@@ -79,6 +79,12 @@ struct OwnIntegrator {
     ref<Object> integrator;
 };
 
+// The engine's callbacks for a scene, while the pool has the size asked for.
+struct Lent {
+    ScopedThreads threads;
+    std::shared_ptr<void> host;
+};
+
 template <typename Body> int32_t guarded(char *error, size_t size, Body &&body) noexcept {
     std::string sentence;
     try {
@@ -468,7 +474,7 @@ int32_t vpt_scene_lend(void *scene_, uint32_t sensor, VptHost *out, void **owner
     return guarded(error, size, [&] {
         auto *scene = static_cast<LoadedScene *>(scene_);
         auto lent = MI_INVOKE_VARIANT(scene->variant, lend, scene->root.get(), sensor, out);
-        *owner = new std::shared_ptr<void>(lent);
+        *owner = new Lent{ {}, lent };
     });
 }
 
@@ -514,7 +520,7 @@ int32_t vpt_scene_render_with(void *scene_, void *integrator_, uint32_t sensor, 
     });
 }
 
-void vpt_scene_give_back(void *owner) { delete static_cast<std::shared_ptr<void> *>(owner); }
+void vpt_scene_give_back(void *owner) { delete static_cast<Lent *>(owner); }
 
 int32_t vpt_scene_bare_walks(void *scene_, uint32_t sensor, uint64_t walks, uint32_t max_depth, uint32_t rr_depth,
                              uint64_t *vertices, char *error, size_t size) {

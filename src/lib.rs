@@ -25,6 +25,7 @@ pub mod markov;
 pub mod math;
 pub mod medium;
 pub mod method;
+pub mod part;
 pub mod picture;
 pub mod plan;
 pub mod report;

@@ -23,6 +23,7 @@ pub enum Command {
     Reproduce(ReproduceArguments),
     Selftest(SelftestArguments),
     Metrics(MetricsArguments),
+    Merge(MergeArguments),
     PluginDir(PluginDirArguments),
     Completions(CompletionsArguments),
     Man(ManArguments),
@@ -52,10 +53,18 @@ pub struct RenderArguments {
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,
     /// Photon passes [default: the samples per pixel of the scene's sampler; without end if --target-error
-    /// is given]
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u32).range(1..))]
-    pub passes: Option<u32>,
+    /// is given]; or a range of them, A..B or A.., whose sums are written as a part, for `vpt merge` to add up with others
+    #[arg(long, value_name = "N|A..B", allow_negative_numbers = true, value_parser = parse_passes)]
+    pub passes: Option<Passes>,
+    /// Keep what the passes so far brought in this file, which survives whatever ends the render; Ctrl-C writes it, too
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Time between checkpoints, such as 30s or 5m
+    #[arg(long, value_name = "TIME", value_parser = parse_span, requires = "checkpoint", default_value = "60s")]
+    pub every: Duration,
+    /// Go on where the checkpoint ends; without one, begin
+    #[arg(long, requires = "checkpoint")]
+    pub resume: bool,
     /// Wall time after which no new pass starts
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub timeout: Option<f64>,
@@ -294,6 +303,27 @@ pub struct MetricsArguments {
     pub json: bool,
 }
 
+/// Add up parts of a picture that were rendered apart.
+///
+/// Parts are what `vpt render --passes A..B` and `--checkpoint` write; their names do not matter. In `scalar_rgb` with photons that
+/// are shot uniformly the picture is, bit by bit, that of one render of all passes. Parts of other scenes, parameters, seeds,
+/// variants or versions are refused, and so are passes that come twice; passes that are missing are told.
+#[derive(Debug, Args)]
+pub struct MergeArguments {
+    /// Parts to add up
+    #[arg(value_name = "PART", required = true)]
+    pub parts: Vec<PathBuf>,
+    /// Picture to write; its extension chooses the format: exr, png, jpg or ppm
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Write a part again instead of a picture
+    #[arg(long)]
+    pub part: bool,
+    /// Print warnings and errors alone
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
 /// Print a folder that the stock `mitsuba -a DIR` finds the plugin in.
 ///
 /// The plugin is copied to DIR/plugins. In Python, give DIR to mi.file_resolver().append().
@@ -319,6 +349,42 @@ pub struct CompletionsArguments {
 pub struct ManArguments {
     /// Folder for vpt.1, vpt-render.1 and so on; it is made if need be
     pub dir: PathBuf,
+}
+
+/// How many passes to render, or which.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Passes {
+    Count(u32),
+    /// Without an end, up to the number that there would be without a range.
+    Range {
+        first: u32,
+        end: Option<u32>,
+    },
+}
+
+/// `N`, `A..B` or `A..`
+fn parse_passes(text: &str) -> Result<Passes, String> {
+    let number = |text: &str| {
+        text.trim().parse::<u32>().map_err(|_| {
+            format!(
+                "{text:?} is no number of passes; write N, or a range A..B or A.., such as 0..8"
+            )
+        })
+    };
+    let Some((first, end)) = text.split_once("..") else {
+        return match number(text)? {
+            0 => Err("there must be at least 1 pass".into()),
+            count => Ok(Passes::Count(count)),
+        };
+    };
+    let first = number(first)?;
+    let end = if end.trim().is_empty() { None } else { Some(number(end)?) };
+    match end {
+        Some(end) if end <= first => Err(format!(
+            "the range is empty: it ends before pass {end}, which must be behind its first, {first}; write A..B with B above A"
+        )),
+        _ => Ok(Passes::Range { first, end }),
+    }
 }
 
 /// `NAME=VALUE`; the value may be empty or hold more `=`.
@@ -399,6 +465,29 @@ mod tests {
     }
 
     #[test]
+    fn passes_are_a_number_or_a_range() {
+        assert_eq!(parse_passes("16"), Ok(Passes::Count(16)));
+        assert_eq!(parse_passes("0..8"), Ok(Passes::Range { first: 0, end: Some(8) }));
+        assert_eq!(parse_passes("8 .. 16"), Ok(Passes::Range { first: 8, end: Some(16) }));
+        assert_eq!(parse_passes("8.."), Ok(Passes::Range { first: 8, end: None }));
+        for (text, part) in [
+            ("0", "at least 1"),
+            ("-3", "no number of passes"),
+            ("8..8", "is empty"),
+            ("8..4", "is empty"),
+            ("..8", "no number of passes"),
+            ("0..=8", "no number of passes"),
+            ("0...8", "no number of passes"),
+            ("a..b", "\"a\""),
+            ("4294967296", "no number of passes"),
+            ("", "no number of passes"),
+        ] {
+            let error = parse_passes(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
     fn span_has_a_unit() {
         assert_eq!(parse_span("5m"), Ok(Duration::from_secs(300)));
         assert_eq!(parse_span("1h 30m"), Ok(Duration::from_secs(5400)));
@@ -415,6 +504,10 @@ mod tests {
             (&["s.xml", "--passes", "0"], "--passes"),
             (&["s.xml", "--passes", "-3"], "--passes"),
             (&["s.xml", "--passes", "many"], "--passes"),
+            (&["s.xml", "--passes", "8..4"], "--passes"),
+            (&["s.xml", "--resume"], "--checkpoint"),
+            (&["s.xml", "--every", "5m"], "--checkpoint"),
+            (&["s.xml", "--checkpoint", "c", "--every", "5"], "--every"),
             (&["s.xml", "--threads", "0"], "--threads"),
             (&["s.xml", "--seed", "-1"], "--seed"),
             (&["s.xml", "--sensor", "-1"], "--sensor"),

@@ -22,7 +22,8 @@ impl Goal {
     /// Share of the work that is done.
     pub fn share_done(&self, progress: &Progress) -> f64 {
         let passes = f64::from(progress.passes_done) / f64::from(progress.passes.max(1));
-        let time = self.timeout.map_or(0.0, |timeout| progress.seconds / timeout);
+        let seconds = progress.seconds - progress.seconds_before;
+        let time = self.timeout.map_or(0.0, |timeout| seconds / timeout);
         let accuracy = self.factor_to_target(progress).map_or(0.0, |factor| 1.0 / factor);
         passes.max(time).max(accuracy).min(1.0)
     }
@@ -35,7 +36,7 @@ impl Goal {
         }
         let for_passes = (passes != OPEN_PASSES)
             .then(|| seconds / f64::from(passes_done) * f64::from(passes - passes_done));
-        let for_time = self.timeout.map(|timeout| timeout - seconds);
+        let for_time = self.timeout.map(|timeout| timeout - (seconds - progress.seconds_before));
         let for_target = self.factor_to_target(progress).map(|factor| seconds * (factor - 1.0));
         [for_passes, for_time, for_target]
             .into_iter()
@@ -72,11 +73,13 @@ mod tests {
 
     fn progress(passes_done: u32, seconds: f64, error: Option<f64>) -> Progress {
         Progress {
+            first_pass: 0,
             passes_done,
             passes: 20,
             walks: 0,
             radii: Radii { surface: 0.01, medium: 0.02 },
             seconds,
+            seconds_before: 0.0,
             shooting: PerFamily::default(),
             // Noise alone, of which the square falls as 1/n.
             error: error.map(|relative| ErrorEstimate {

@@ -1,6 +1,7 @@
 //! Arguments that were found to make sense, and what can be wrong with them.
 
-use super::arguments::RenderArguments;
+use super::arguments::{Passes, RenderArguments};
+use super::checkpoint::Checkpoint;
 use super::goal::{Goal, OPEN_PASSES};
 use super::target::{Target, TargetError};
 use super::tev::{Address, AddressError};
@@ -14,6 +15,9 @@ use vpt::method::{Method, ParameterError};
 
 /// Extensions of the pictures that Mitsuba writes.
 const EXTENSIONS: [&str; 8] = ["exr", "png", "jpg", "jpeg", "hdr", "rgbe", "pfm", "ppm"];
+
+/// Of these, what is written without Mitsuba's film.
+const DEVELOPED: [&str; 5] = ["exr", "png", "jpg", "jpeg", "ppm"];
 
 /// Parameters that have an option of their own: with `--set` they would be said twice.
 const OPTIONS_OF_PARAMETERS: [(&str, &str); 7] = [
@@ -34,6 +38,9 @@ pub struct RenderJob {
     /// Where the picture is shown as it is rendered.
     pub viewer: Option<Address>,
     pub passes: Option<u32>,
+    /// The first pass, where a part is to be written instead of a picture.
+    pub first_pass: Option<u32>,
+    pub checkpoint: Option<Checkpoint>,
     pub goal: Goal,
     pub seed: u32,
     pub threads: Option<usize>,
@@ -59,6 +66,28 @@ pub enum JobError {
         "--layers needs an EXR file, but the picture is \"{}\"; give -o a name that ends in .exr", .0.display()
     )]
     LayersNeedExr(PathBuf),
+    #[error("a range of passes is written as a part, which needs a name of its own; give -o")]
+    PartWithoutName,
+    #[error(
+        "a range of passes is written as a part, which is an EXR file, but -o is \"{}\"; give a name that ends in .exr", .0.display()
+    )]
+    PartIsExr(PathBuf),
+    #[error(
+        "with --checkpoint pictures are written as {known}, but -o is \"{}\"; give a name with one of these extensions",
+        .0.display(), known = DEVELOPED.join(", ")
+    )]
+    CheckpointFormat(PathBuf),
+    #[error(
+        "vpt merge writes pictures as {known}, but -o is \"{}\"; give a name with one of these extensions",
+        .0.display(), known = DEVELOPED.join(", ")
+    )]
+    MergeFormat(PathBuf),
+    #[error("--checkpoint \"{}\" is also the scene or the picture; name another file", .0.display())]
+    CheckpointOverwrite(PathBuf),
+    #[error(
+        "the checkpoint \"{}\" exists; add --resume to go on with it, or remove it or name another to begin anew", .0.display()
+    )]
+    CheckpointExists(PathBuf),
     #[error("--tev cannot be used")]
     Viewer(#[source] AddressError),
     #[error("{option} cannot be written")]
@@ -113,7 +142,28 @@ impl RenderJob {
         let mut settings = arguments.settings;
         settings.extend(effects);
         settings.extend(goal.target_error.map(|e| ("target_error".to_owned(), e.to_string())));
+        let (first_pass, end) = match arguments.passes {
+            None => (None, None),
+            Some(Passes::Count(count)) => (None, Some(count)),
+            Some(Passes::Range { first, end }) => (Some(first), end),
+        };
+        if first_pass.is_some() && arguments.output.is_none() {
+            return Err(JobError::PartWithoutName);
+        }
         let picture = check_picture(arguments.output, &arguments.scene)?;
+        if first_pass.is_some() && !picture.is_exr() {
+            return Err(JobError::PartIsExr(picture.path().to_owned()));
+        }
+        let checkpoint = arguments
+            .checkpoint
+            .map(|path| {
+                let others = [arguments.scene.as_path(), picture.path()];
+                check_checkpoint(path, &others, arguments.every, arguments.resume)
+            })
+            .transpose()?;
+        if checkpoint.is_some() && !can_be_developed(&picture) {
+            return Err(JobError::CheckpointFormat(picture.path().to_owned()));
+        }
         if arguments.layers {
             check_layers(&picture)?;
             settings.push(("layers".to_owned(), "true".to_owned()));
@@ -137,7 +187,9 @@ impl RenderJob {
             picture,
             stats,
             viewer,
-            passes: arguments.passes.or(goal.target_error.map(|_| OPEN_PASSES)),
+            passes: end.or(goal.target_error.map(|_| OPEN_PASSES)),
+            first_pass,
+            checkpoint,
             goal,
             seed: arguments.seed,
             threads: arguments.threads,
@@ -255,12 +307,37 @@ fn check_picture(output: Option<PathBuf>, scene: &Path) -> Result<Target, JobErr
     check_target("the picture (-o)", path)
 }
 
-fn check_stats(path: PathBuf, others: &[&Path]) -> Result<Target, JobError> {
-    let same = |other: &&Path| match (path.canonicalize(), other.canonicalize()) {
+/// Whether pictures of this name need no film of Mitsuba's.
+pub(super) fn can_be_developed(picture: &Target) -> bool {
+    let extension = picture.path().extension().unwrap_or_default().to_string_lossy();
+    DEVELOPED.contains(&extension.to_lowercase().as_str())
+}
+
+fn check_checkpoint(
+    path: PathBuf,
+    others: &[&Path],
+    every: Duration,
+    resume: bool,
+) -> Result<Checkpoint, JobError> {
+    if others.iter().any(|other| is_same(&path, other)) {
+        return Err(JobError::CheckpointOverwrite(path));
+    }
+    if path.exists() && !resume {
+        return Err(JobError::CheckpointExists(path));
+    }
+    let target = check_target("the checkpoint (--checkpoint)", path)?;
+    Ok(Checkpoint { target, every, resume })
+}
+
+fn is_same(path: &Path, other: &Path) -> bool {
+    match (path.canonicalize(), other.canonicalize()) {
         (Ok(path), Ok(other)) => path == other,
-        _ => path == **other,
-    };
-    if others.iter().any(same) {
+        _ => path == other,
+    }
+}
+
+fn check_stats(path: PathBuf, others: &[&Path]) -> Result<Target, JobError> {
+    if others.iter().any(|other| is_same(&path, other)) {
         return Err(JobError::StatsOverwrite(path));
     }
     check_target("the statistics (--stats)", path)
@@ -321,6 +398,10 @@ mod tests {
         let (no_folder, scene) = (bench.path("no/out.exr"), bench.path("scene.xml"));
         let (gif, bare) = (bench.path("out.gif"), bench.path("out"));
         let (folder, picture) = (bench.path(""), bench.path("out.exr"));
+        let (png, hdr, kept) =
+            (bench.path("out.png"), bench.path("out.hdr"), bench.path("kept.exr"));
+        let none = bench.path("none.exr");
+        std::fs::write(&kept, "").unwrap();
         for (words, parts) in [
             (&["--method", "mlt"][..], &["\"mlt\"", "ppt"][..]),
             (&["--effects", "fog"], &["\"fog\"", "auto", "view_beams"]),
@@ -340,6 +421,13 @@ mod tests {
             (&["--set", "method=ppt"], &["--set method", "--method"]),
             (&["--set", "spp=4"], &["--set spp", "--passes"]),
             (&["-o", &gif], &["out.gif", "exr, png"]),
+            (&["--passes", "0..4", "-o", &png], &["out.png", ".exr"]),
+            (&["--checkpoint", &scene], &["--checkpoint", "scene.xml", "another file"]),
+            (&["--checkpoint", &picture], &["--checkpoint", "out.exr", "another file"]),
+            (&["--checkpoint", &no_folder], &["--checkpoint", "does not exist", "make it"]),
+            (&["--checkpoint", &folder, "--resume"], &["--checkpoint", "is a folder"]),
+            (&["--checkpoint", &kept], &["kept.exr\" exists", "--resume", "remove it"]),
+            (&["--checkpoint", &none, "-o", &hdr], &["out.hdr", "exr, png"]),
             (&["-o", &bare], &["no extension", "exr, png"]),
             (&["-o", &no_folder], &["-o", "/no\" does not exist", "make it"]),
             (&["-o", &folder], &["-o", "is a folder", "name a file"]),

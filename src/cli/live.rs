@@ -40,9 +40,9 @@ impl<O> Live<O> {
     }
 
     /// Shows the picture that was written, and lets the viewer go.
-    pub fn conclude(self, scene: &LoadedScene) -> Result<()> {
+    pub fn conclude(self, picture: impl FnOnce() -> Result<Vec<[f32; 3]>>) -> Result<()> {
         let Some(viewer) = self.viewer else { return Ok(()) };
-        viewer.show(scene.read_rgb()?.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect());
+        viewer.show(picture()?);
         if let Err(sentence) = viewer.close() {
             self.display.warn(&format!("warning: {sentence}"));
         }

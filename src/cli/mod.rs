@@ -15,8 +15,10 @@ mod arguments;
 #[cfg(test)]
 mod bench;
 mod cache;
+mod checkpoint;
 mod compare;
 mod failure;
+mod gather;
 mod goal;
 mod inspect;
 mod interrupt;
@@ -24,6 +26,7 @@ mod job;
 mod live;
 mod manual;
 mod memory;
+mod merge;
 mod metadata;
 mod metrics;
 mod plugin_dir;
@@ -87,6 +90,7 @@ fn dispatch(command: Command) -> Result<(), Failure> {
         }
         Command::Metrics(arguments) => metrics::run(&arguments),
         Command::Contestant => compare::serve(),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::PluginDir(arguments) => plugin_dir::run(&arguments),
         Command::Completions(arguments) => manual::print_completions(&arguments),
         Command::Man(arguments) => manual::write_pages(&arguments),

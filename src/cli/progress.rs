@@ -158,6 +158,14 @@ fn details(progress: &Progress, goal: &Goal) -> String {
     }
     parts.push(format!("radii {} surface", text::length(progress.radii.surface)));
     parts.push(format!("{} medium", text::length(progress.radii.medium)));
+    if progress.first_pass > 0 {
+        let first = progress.first_pass;
+        let end = u64::from(first) + u64::from(progress.passes);
+        parts.push(match progress.passes {
+            OPEN_PASSES => format!("passes from {first} on"),
+            _ => format!("passes {first}..{end}"),
+        });
+    }
     parts.extend(shooting("surfaces", &progress.shooting.surface));
     parts.extend(shooting("media", &progress.shooting.medium));
     parts.join(", ")
@@ -196,7 +204,17 @@ mod tests {
         let radii = Radii { surface: 0.01, medium: 0.02 };
         let walks = u64::from(passes_done) * 1_000_000;
         let shooting = PerFamily::default();
-        Progress { passes_done, passes: 20, walks, radii, seconds, shooting, error: None }
+        Progress {
+            first_pass: 0,
+            passes_done,
+            passes: 20,
+            walks,
+            radii,
+            seconds,
+            seconds_before: 0.0,
+            shooting,
+            error: None,
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::compare::scene_files;
 use super::failure::Failure;
+use super::gather;
 use super::goal::OPEN_PASSES;
 use super::interrupt::Interrupt;
 use super::job::RenderJob;
@@ -27,6 +28,9 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     let mut scene = session.load(&job.scene).map_err(Failure::bad_input)?;
     let load_seconds = start.elapsed().as_secs_f64();
     job.check_sensor(scene.sensor_count()).map_err(Failure::bad_input)?;
+    if job.first_pass.is_some() || job.checkpoint.is_some() {
+        return gather::render(job, &session, &scene, load_seconds);
+    }
     let film_size = scene.film_size(job.sensor);
     let scene_hash = hash(job);
 
@@ -34,7 +38,8 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     let (stats, ending, live) = render_passes(job, &session, &mut scene)?;
     let metadata = metadata(job, &Making { session: &session, stats: &stats, scene_hash });
     job.picture.replace(|aside| write(job, &scene, &metadata, aside)).map_err(Failure::failed)?;
-    live.conclude(&scene).map_err(Failure::failed)?;
+    let picture = || Ok(scene.read_rgb()?.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect());
+    live.conclude(picture).map_err(Failure::failed)?;
     if let Some(target) = &job.stats {
         let (variant, notes) = (session.variant(), scene.notes());
         let (peak_memory, render_memory) = (memory.peak(), memory.growth());
@@ -118,7 +123,7 @@ fn render_passes(
 }
 
 /// A bar where a terminal shows it and Mitsuba's log does not tear it.
-fn display(job: &RenderJob) -> Display {
+pub(super) fn display(job: &RenderJob) -> Display {
     if job.quiet {
         Display::Nothing
     } else if job.verbosity == 0 && std::io::stderr().is_terminal() {
@@ -129,7 +134,7 @@ fn display(job: &RenderJob) -> Display {
 }
 
 /// Says what is about to be rendered.
-fn announce(job: &RenderJob, session: &Session, scene: &LoadedScene, display: &Display) {
+pub(super) fn announce(job: &RenderJob, session: &Session, scene: &LoadedScene, display: &Display) {
     for note in scene.notes() {
         display.say(&format!("note: {note}"));
     }
@@ -143,7 +148,7 @@ fn announce(job: &RenderJob, session: &Session, scene: &LoadedScene, display: &D
 }
 
 /// What ended a render early.
-fn cause(ending: Ending) -> Option<&'static str> {
+pub(super) fn cause(ending: Ending) -> Option<&'static str> {
     match ending {
         Ending::Complete | Ending::Accuracy => None,
         Ending::Interrupt => Some("Ctrl-C"),
@@ -152,7 +157,7 @@ fn cause(ending: Ending) -> Option<&'static str> {
 }
 
 /// A render that ended before its first pass was done.
-fn no_picture(ending: Ending) -> Failure {
+pub(super) fn no_picture(ending: Ending) -> Failure {
     match ending {
         Ending::Interrupt => Failure::aborted(anyhow!(
             "stopped by Ctrl-C before the first pass was done, so there is no picture"
@@ -165,7 +170,7 @@ fn no_picture(ending: Ending) -> Failure {
 }
 
 /// Prints the warnings, and the line that sums the render up.
-fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
+pub(super) fn conclude(job: &RenderJob, stats: &Stats) -> Result<(), Failure> {
     for warning in &stats.warnings {
         say(&format!("warning: {warning}"));
     }

@@ -42,7 +42,7 @@ impl std::str::FromStr for Schedule {
 }
 
 /// Both radii [length] of one pass.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Radii {
     /// Of the disk around a visible point.
     pub surface: f32,
@@ -93,6 +93,11 @@ impl RadiusSequence {
             surface: shrunk(self.initial.surface, self.least.surface, surface),
             medium: shrunk(self.initial.medium, self.least.medium, medium),
         }
+    }
+
+    /// Moves on by so many passes.
+    pub fn advance_by(&mut self, passes: u32) {
+        (0..passes).for_each(|_| self.advance());
     }
 
     /// Moves on to the following pass.

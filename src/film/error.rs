@@ -3,7 +3,7 @@
 
 use super::FilmSums;
 use crate::scene::SceneDescription;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Jitters from which an estimate is made; fewer say too little of their own spread.
 const FEWEST_JITTERS: u32 = 2;
@@ -66,11 +66,15 @@ impl ErrorEstimate {
     }
 }
 
+/// Of 32 bits, in what one film pixel has shown: eight f64 and nine f32.
+pub const WORDS: usize = 2 * 8 + 9;
+
 /// What one film pixel has shown so far.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Moments {
     sum: [f64; 3],
     square: [f64; 3],
+    first: [f32; 3],
     last: [f32; 3],
     /// Squared steps from a jitter to the next.
     steps: [f32; 3],
@@ -78,12 +82,9 @@ struct Moments {
     bias_square: f64,
 }
 
-/// Spread and trend of all jitters so far. Each counts alike, so they must have had equally many passes.
-#[derive(Debug, Clone)]
-pub struct ErrorSums {
-    pixels: Vec<Moments>,
-    width: usize,
-    channels: usize,
+/// What [`ErrorSums`] know besides the moments of pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trend {
     jitters: u32,
     noise_decay: f64,
     bias_decay: f64,
@@ -91,6 +92,15 @@ pub struct ErrorSums {
     measured_decay: Option<[f64; 2]>,
     /// Squared noise after numbers of jitters that are powers of two.
     noises: Vec<(u32, f64)>,
+}
+
+/// Spread and trend of all jitters so far. Each counts alike, so they must have had equally many passes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorSums {
+    pixels: Vec<Moments>,
+    width: usize,
+    channels: usize,
+    trend: Trend,
 }
 
 impl ErrorSums {
@@ -104,19 +114,40 @@ impl ErrorSums {
             pixels: vec![Moments::default(); description.film_pixels as usize],
             width: description.film_width as usize,
             channels: description.film_channels as usize,
-            jitters: 0,
-            noise_decay,
-            bias_decay: 1.0 - alpha,
-            measured_decay: connections.then_some([alpha, 1.0]),
-            noises: Vec::new(),
+            trend: Trend {
+                jitters: 0,
+                noise_decay,
+                bias_decay: 1.0 - alpha,
+                measured_decay: connections.then_some([alpha, 1.0]),
+                noises: Vec::new(),
+            },
         }
+    }
+
+    /// Puts together what [`Self::trend`] and [`Self::words`] gave of a film with rows of `width` pixels.
+    pub fn from_words(
+        trend: Trend,
+        words: impl Iterator<Item = [u32; WORDS]>,
+        width: usize,
+        channels: usize,
+    ) -> Self {
+        ErrorSums { pixels: words.map(Moments::from_words).collect(), width, channels, trend }
+    }
+
+    pub fn trend(&self) -> &Trend {
+        &self.trend
+    }
+
+    /// The moments of every pixel, bit by bit.
+    pub fn words(&self) -> impl Iterator<Item = [u32; WORDS]> + '_ {
+        self.pixels.iter().map(Moments::words)
     }
 
     /// Adds the film of one jitter and, in the place of its red, the film of the jitter's bias.
     pub fn add(&mut self, picture: &FilmSums, bias: &FilmSums) {
         let channels = self.channels;
         let films = picture.values.chunks(channels).zip(bias.values.chunks(channels));
-        let first = self.jitters == 0;
+        let first = self.trend.jitters == 0;
         for (moments, (picture, bias)) in self.pixels.iter_mut().zip(films) {
             let weight = picture[channels - 1];
             if weight > 0.0 {
@@ -124,30 +155,45 @@ impl ErrorSums {
                 moments.add(value, bias[0] / weight, first);
             }
         }
-        self.jitters += 1;
-        let is_milestone = self.jitters >= FIRST_MILESTONE && self.jitters.is_power_of_two();
+        self.trend.jitters += 1;
+        let is_milestone =
+            self.trend.jitters >= FIRST_MILESTONE && self.trend.jitters.is_power_of_two();
         if is_milestone {
             let noise = self.estimate().map(|estimate| estimate.noise.powi(2));
-            self.noises.extend(noise.map(|noise| (self.jitters, noise)));
+            self.trend.noises.extend(noise.map(|noise| (self.trend.jitters, noise)));
+        }
+    }
+
+    /// Adds what later jitters have shown. Sums of f64 that are grouped otherwise differ by rounding; the decay of noise is that
+    /// which was measured first, as the later jitters measured theirs without those before.
+    pub fn merge(&mut self, later: &ErrorSums) {
+        assert_eq!(self.pixels.len(), later.pixels.len());
+        if self.trend.jitters == 0 {
+            *self = later.clone();
+        } else if later.trend.jitters > 0 {
+            let pixels = self.pixels.iter_mut().zip(&later.pixels);
+            pixels.for_each(|(pixel, later)| pixel.merge(later));
+            self.trend.jitters += later.trend.jitters;
         }
     }
 
     /// The decay of noise, by the last milestone that lies far enough behind.
     // [Error decay]
     fn decay_of_noise(&self, noise: f64) -> f64 {
-        let behind = self.noises.iter().rev().find(|(jitters, _)| 2 * jitters <= self.jitters);
-        match (self.measured_decay, behind) {
+        let behind =
+            self.trend.noises.iter().rev().find(|(jitters, _)| 2 * jitters <= self.trend.jitters);
+        match (self.trend.measured_decay, behind) {
             (Some([least, most]), Some(&(jitters, before))) if noise > 0.0 => {
                 let decay = (before / noise).ln() / (self.count() / f64::from(jitters)).ln();
                 decay.clamp(least, most)
             }
-            _ => self.noise_decay,
+            _ => self.trend.noise_decay,
         }
     }
 
     /// None before there are enough jitters.
     pub fn estimate(&self) -> Option<ErrorEstimate> {
-        if self.jitters < FEWEST_JITTERS {
+        if self.trend.jitters < FEWEST_JITTERS {
             return None;
         }
         let count = (3 * self.pixels.len()) as f64;
@@ -173,9 +219,9 @@ impl ErrorSums {
             noise: noise.sqrt(),
             bias: bias.sqrt(),
             noise_decay: self.decay_of_noise(noise),
-            bias_decay: self.bias_decay,
+            bias_decay: self.trend.bias_decay,
             correlation,
-            jitters: self.jitters,
+            jitters: self.trend.jitters,
         })
     }
 
@@ -198,7 +244,7 @@ impl ErrorSums {
     }
 
     fn count(&self) -> f64 {
-        f64::from(self.jitters)
+        f64::from(self.trend.jitters)
     }
 
     /// Of the mean over jitters, if they are independent.
@@ -243,13 +289,54 @@ impl Moments {
             let value = value[channel];
             self.sum[channel] += value;
             self.square[channel] += value * value;
-            if !first {
+            if first {
+                self.first[channel] = value as f32;
+            } else {
                 self.steps[channel] += (value - f64::from(self.last[channel])).powi(2) as f32;
             }
             self.last[channel] = value as f32;
         }
         self.bias += bias;
         self.bias_square += bias * bias;
+    }
+}
+
+impl Moments {
+    fn words(&self) -> [u32; WORDS] {
+        let of_double = |value: &f64| [(value.to_bits() >> 32) as u32, value.to_bits() as u32];
+        let doubles = self.sum.iter().chain(&self.square).chain([&self.bias, &self.bias_square]);
+        let floats = self.first.iter().chain(&self.last).chain(&self.steps);
+        let mut all = doubles.flat_map(of_double).chain(floats.map(|value| value.to_bits()));
+        std::array::from_fn(|_| all.next().expect("there are so many"))
+    }
+
+    fn from_words(words: [u32; WORDS]) -> Self {
+        let double = |at: usize| {
+            f64::from_bits(u64::from(words[2 * at]) << 32 | u64::from(words[2 * at + 1]))
+        };
+        let float = |at: usize| f32::from_bits(words[16 + at]);
+        Moments {
+            sum: [0, 1, 2].map(double),
+            square: [3, 4, 5].map(double),
+            bias: double(6),
+            bias_square: double(7),
+            first: [0, 1, 2].map(float),
+            last: [3, 4, 5].map(float),
+            steps: [6, 7, 8].map(float),
+        }
+    }
+
+    /// Adds those of jitters that followed.
+    fn merge(&mut self, later: &Moments) {
+        for channel in 0..3 {
+            self.sum[channel] += later.sum[channel];
+            self.square[channel] += later.square[channel];
+            let step = later.first[channel] - self.last[channel];
+            self.steps[channel] += step * step + later.steps[channel];
+            self.last[channel] = later.last[channel];
+        }
+        self.bias += later.bias;
+        self.bias_square += later.bias_square;
     }
 }
 
@@ -379,6 +466,36 @@ mod tests {
         let estimate = sums.estimate().unwrap();
         assert!((estimate.correlation - 0.6).abs() < 0.03, "{estimate:?}");
         assert!((estimate.noise / (2.0 * 0.3 / 16.0 / 2.01) - 1.0).abs() < 0.06, "{estimate:?}");
+    }
+
+    /// Thirty jitters in one go and in three parts, which go through words; only rounding may tell them apart.
+    #[test]
+    fn parts_add_up_to_the_whole() {
+        let mut rng = Pcg64Mcg::seed_from_u64(4);
+        let films: Vec<_> = (0..30).map(|_| film(|_| 2.0 + 0.3 * normal(&mut rng))).collect();
+        let biases: Vec<_> = (0..30).map(|_| film(|_| 0.1 * normal(&mut rng))).collect();
+        let of = |range: std::ops::Range<usize>| {
+            let mut sums = sums();
+            range.for_each(|jitter| sums.add(&films[jitter], &biases[jitter]));
+            let copy =
+                ErrorSums::from_words(sums.trend().clone(), sums.words(), WIDTH, FILM_CHANNELS);
+            assert_eq!(copy, sums);
+            copy
+        };
+        let whole = of(0..30);
+        let mut merged = sums();
+        [0..11, 11..12, 12..30].into_iter().for_each(|range| merged.merge(&of(range)));
+        let (merged, whole) = (merged.estimate().unwrap(), whole.estimate().unwrap());
+        assert_eq!(merged.jitters, 30);
+        let pairs = [
+            (merged.noise, whole.noise),
+            (merged.bias, whole.bias),
+            (merged.correlation, whole.correlation),
+        ];
+        for (merged, whole) in pairs {
+            // Steps are kept in f32, and the bias is a difference of nearly equal sums.
+            assert!((merged - whole).abs() <= 1e-5 * whole.abs() + 1e-7, "{merged} {whole}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a picture is made of, apart: radiance of surfaces, of media and of lamps that are seen directly, and the photons that
 //! brought it.
 
-use super::{splat, within_film, Emission, FilmSums};
+use super::{splat, value_count, within_film, Emission, ExactSums, FilmSums};
 use crate::math::Rgb;
 use crate::scene::{Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
@@ -24,19 +24,20 @@ pub const LAYER_CHANNELS: [&str; 10] = [
 ];
 
 /// Films of layers, with the weights of the whole picture's.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LayerSums {
-    pub surfaces: FilmSums,
-    pub media: FilmSums,
-    /// Empty where emission has rays and a film of its own.
-    pub emission: FilmSums,
+    pub surfaces: ExactSums,
+    pub media: ExactSums,
+    /// Zeros where emission has rays and a film of its own.
+    pub emission: ExactSums,
     /// Deposits of photons on the view rays of each film pixel, before any filter.
     pub samples: Vec<u64>,
 }
 
 impl LayerSums {
     pub fn new(description: &SceneDescription) -> Self {
-        let [surfaces, media, emission] = [(); 3].map(|()| FilmSums::new(description));
+        let [surfaces, media, emission] =
+            [(); 3].map(|()| ExactSums::new(value_count(description)));
         let samples = vec![0; description.film_pixels as usize];
         LayerSums { surfaces, media, emission, samples }
     }
@@ -50,7 +51,7 @@ impl LayerSums {
         sums: &PixelSums,
         passes: u32,
     ) -> SceneResult<()> {
-        let add = |film: &mut FilmSums, color: &dyn Fn(usize) -> Rgb| -> SceneResult<()> {
+        let add = |film: &mut ExactSums, color: &dyn Fn(usize) -> Rgb| -> SceneResult<()> {
             let mut jitter = FilmSums::new(scene.description());
             splat(scene, paths, passes, &mut jitter, color)?;
             film.add(&jitter);
@@ -78,23 +79,30 @@ impl LayerSums {
         Ok(())
     }
 
+    /// Adds those of other jitters.
+    pub fn merge(&mut self, other: &LayerSums) {
+        self.surfaces.merge(&other.surfaces);
+        self.media.merge(&other.media);
+        self.emission.merge(&other.emission);
+        self.samples.iter_mut().zip(&other.samples).for_each(|(mine, theirs)| *mine += theirs);
+    }
+
     /// Weighted sums of [`LAYER_CHANNELS`] for each pixel of a film of so many passes; of deposits the mean per pass, since a count of many
     /// passes would leave the range of half precision. `film` is the whole picture's, whose weights divide them;
-    /// `emission` is the film of emission where it has one of its own.
+    /// `emission` is the film of emission where it has one of its own; `channels` are those of a film's pixel.
     pub fn finish(
         &self,
-        description: &SceneDescription,
+        channels: usize,
         film: &FilmSums,
         emission: Option<&FilmSums>,
         passes: u32,
     ) -> Vec<f64> {
-        let channels = description.film_channels as usize;
-        let mut lamps = self.emission.clone();
+        let mut lamps = self.emission.rounded();
         if let Some(emission) = emission {
-            lamps.take_weights(film, description);
-            lamps.add_mean(emission, description);
+            lamps.take_weights(film, channels);
+            lamps.add_mean(emission, channels);
         }
-        let layers = [&self.surfaces, &self.media, &lamps];
+        let layers = [self.surfaces.rounded(), self.media.rounded(), lamps];
         let mut values = Vec::with_capacity(self.samples.len() * LAYER_CHANNELS.len());
         for (pixel, &samples) in self.samples.iter().enumerate() {
             let first = pixel * channels;

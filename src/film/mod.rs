@@ -1,7 +1,10 @@
 //! Sums of film samples over all jitters of the view rays.
 
 pub mod error;
+mod exact;
 pub mod layers;
+
+pub use exact::ExactSums;
 
 use crate::math::Rgb;
 use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
@@ -20,14 +23,7 @@ pub struct FilmSums {
 
 impl FilmSums {
     pub fn new(description: &SceneDescription) -> Self {
-        let values = description.film_pixels as usize * description.film_channels as usize;
-        FilmSums { values: vec![0.0; values] }
-    }
-
-    /// Adds another film of the same size.
-    pub fn add(&mut self, other: &FilmSums) {
-        assert_eq!(self.values.len(), other.values.len());
-        self.values.iter_mut().zip(&other.values).for_each(|(mine, theirs)| *mine += theirs);
+        FilmSums { values: vec![0.0; value_count(description)] }
     }
 
     /// Red, green and blue of each pixel: sums over weights, 0 where nothing was added. `channels` are the values per pixel.
@@ -40,34 +36,27 @@ impl FilmSums {
         self.values.chunks_exact(channels).map(mean).collect()
     }
 
-    /// Adds the mean of another film, by its own weights, to the mean of this one.
+    /// Adds the mean of another film, by its own weights, to the mean of this one; `channels` are those of a pixel.
     // [Emission rays]
-    pub fn add_mean(&mut self, other: &FilmSums, description: &SceneDescription) {
-        self.add_scaled(other, description, |mine, theirs| mine / theirs);
+    pub fn add_mean(&mut self, other: &FilmSums, channels: usize) {
+        self.add_scaled(other, channels, |mine, theirs| mine / theirs);
     }
 
     /// Puts another film's weights in place of its own.
-    fn take_weights(&mut self, other: &FilmSums, description: &SceneDescription) {
-        let channels = description.film_channels as usize;
+    fn take_weights(&mut self, other: &FilmSums, channels: usize) {
         let pixels =
             self.values.chunks_exact_mut(channels).zip(other.values.chunks_exact(channels));
         pixels.for_each(|(mine, theirs)| mine[channels - 1] = theirs[channels - 1]);
     }
 
     /// Adds everything but the weights.
-    pub fn add_channels(&mut self, other: &FilmSums, description: &SceneDescription) {
-        self.add_scaled(other, description, |_, _| 1.0);
+    pub fn add_channels(&mut self, other: &FilmSums, channels: usize) {
+        self.add_scaled(other, channels, |_, _| 1.0);
     }
 
     /// Adds all channels but the weights, scaled by a function of both weights, where that is finite.
-    fn add_scaled(
-        &mut self,
-        other: &FilmSums,
-        description: &SceneDescription,
-        scale: impl Fn(f64, f64) -> f64,
-    ) {
+    fn add_scaled(&mut self, other: &FilmSums, channels: usize, scale: impl Fn(f64, f64) -> f64) {
         assert_eq!(self.values.len(), other.values.len());
-        let channels = description.film_channels as usize;
         let pixels =
             self.values.chunks_exact_mut(channels).zip(other.values.chunks_exact(channels));
         for (mine, theirs) in pixels {
@@ -79,6 +68,11 @@ impl FilmSums {
             }
         }
     }
+}
+
+/// Of a film's storage.
+pub fn value_count(description: &SceneDescription) -> usize {
+    description.film_pixels as usize * description.film_channels as usize
 }
 
 /// Whether emission that is seen directly goes to the film with what photons and connections bring.

@@ -247,6 +247,7 @@ pub(super) unsafe fn read_parameters(p: &VptParameters) -> Result<Parameters, Pa
             chains => return Err(ParameterError::BadChains(chains)),
         },
         passes: p.passes,
+        first_pass: 0,
         photons: automatic_or_more("photons", p.photons)? as u64,
         jitter_every: automatic_or_more("jitter_every", p.jitter_every)?.min(i64::from(u32::MAX))
             as u32,

@@ -52,7 +52,7 @@ impl Chain {
 }
 
 /// What chains did, counted.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ChainCounts {
     /// Mutations tried, and those that were visible and became states.
     pub mutated_walks: u64,
@@ -67,7 +67,7 @@ pub struct ChainCounts {
 }
 
 impl ChainCounts {
-    fn add(&mut self, o: &ChainCounts) {
+    pub fn add(&mut self, o: &ChainCounts) {
         self.mutated_walks += o.mutated_walks;
         self.accepted_walks += o.accepted_walks;
         self.exchanges += o.exchanges;

@@ -13,7 +13,7 @@ use crate::transport::gather::Target;
 use crate::transport::numbers::Uniform;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::photons::UniformShooter;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Where the visible share is larger, `auto` shoots uniformly: a chain's states resemble one another, so
 /// that some twenty mutations are worth one independent walk.
@@ -37,7 +37,7 @@ const MOST_CHAINS_ALONE: u64 = 1 << 10;
 const MOST_CHAINS_BY_KERNEL: u64 = 1 << 16;
 
 /// How one family is shot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// Nothing of this family can be seen: there are no receivers.
@@ -48,19 +48,39 @@ pub enum Mode {
 }
 
 /// What is known of one family's shooting so far.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct FamilyReport {
     /// In the last pass.
     pub mode: Mode,
     /// Share of the uniform stream's walks that were visible, over all passes.
     pub visible_share: f64,
     pub visible_walks: u64,
+    /// What the share is one of.
+    pub uniform_walks: u64,
     pub chains: usize,
     /// Share of all mutations that were accepted.
     pub acceptance: f64,
     pub mutation_size: f32,
     #[serde(flatten)]
     pub counts: ChainCounts,
+}
+
+impl FamilyReport {
+    /// Of these passes and later ones together.
+    pub fn and(self, later: FamilyReport) -> FamilyReport {
+        let mut counts = self.counts;
+        counts.add(&later.counts);
+        let visible_walks = self.visible_walks + later.visible_walks;
+        let uniform_walks = self.uniform_walks + later.uniform_walks;
+        FamilyReport {
+            visible_share: share(visible_walks, uniform_walks),
+            visible_walks,
+            uniform_walks,
+            acceptance: share(counts.accepted_walks, counts.mutated_walks),
+            counts,
+            ..later
+        }
+    }
 }
 
 /// Shoots the photons of one pass after another.
@@ -128,6 +148,7 @@ impl ChainShooter {
                 mode: self.modes[family],
                 visible_share: share(visible_walks, self.total.uniform_walks),
                 visible_walks,
+                uniform_walks: self.total.uniform_walks,
                 chains: population.map_or(0, Population::chain_count),
                 acceptance: share(counts.accepted_walks, counts.mutated_walks),
                 mutation_size: population.map_or(0.0, Population::mutation_size),

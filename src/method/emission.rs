@@ -7,27 +7,38 @@ use crate::transport::deposits::PixelSums;
 use crate::transport::emission_rays::EmissionRays;
 use crate::transport::view::{self, EmissionSamples, ViewPaths};
 
+/// Rays per pixel that look where further rays are worth while, before the first jitter; another one comes with each doubling
+/// of the jitters.
+const FIRST_LESSONS: u32 = 2;
+
 pub struct DirectEmission {
     rays: EmissionRays,
+    /// Rays per pixel that were thrown away after looking.
+    lessons: u32,
     /// What rays beyond one per pixel saw in the present jitter.
     pub further: EmissionSamples,
-    /// Mean brightness of the newest jitter's picture.
+    /// Mean brightness of the picture.
     level: f32,
-    /// Of the jitters that ended.
-    pub film: FilmSums,
 }
 
 impl DirectEmission {
     pub fn new(description: &SceneDescription) -> Self {
         DirectEmission {
             rays: EmissionRays::new(description.film_size),
+            lessons: 0,
             further: EmissionSamples::default(),
             level: 0.0,
-            film: FilmSums::new(description),
         }
     }
 
-    /// Traces further rays for a new jitter where the last ones call for them.
+    /// Learns how bright the picture is, by a pilot pass at these paths.
+    pub fn learn_level(&mut self, paths: &ViewPaths, pilot: &PixelSums) {
+        self.level = brightness(paths, pilot);
+    }
+
+    /// Traces further rays for a new jitter where rays that were thrown away saw differences. How many of those there are, and
+    /// what they see, depends on the jitter's number alone, so that passes can be shared out.
+    // [Emission rays]
     pub fn trace(
         &mut self,
         scene: &dyn Scene,
@@ -35,32 +46,30 @@ impl DirectEmission {
         seed: u64,
         jitter: u64,
     ) -> SceneResult<()> {
+        let all: Vec<u32> = (0..self.rays.pixel_count() as u32).collect();
+        while self.lessons < FIRST_LESSONS + (jitter + 1).ilog2() {
+            // Numbered from the other end than jitters, so that no stream serves twice.
+            let number = u64::MAX - u64::from(self.lessons);
+            self.rays.note(&view::trace_emission(scene, plan, seed, number, &all)?);
+            self.lessons += 1;
+        }
         let pixels = self.rays.pixels(self.level);
         self.further = view::trace_emission(scene, plan, seed, jitter, &pixels)?;
         Ok(())
     }
 
-    /// Learns from a jitter that ends, and returns the emission seen in it.
-    pub fn end_jitter(
-        &mut self,
-        scene: &dyn Scene,
-        paths: &ViewPaths,
-        sums: &PixelSums,
-        passes: u32,
-    ) -> SceneResult<FilmSums> {
+    /// The emission seen in the present jitter.
+    pub fn film(&self, scene: &dyn Scene, paths: &ViewPaths, passes: u32) -> SceneResult<FilmSums> {
         let mut seen = FilmSums::new(scene.description());
         add_emission(scene, paths, &self.further, passes, &mut seen)?;
-        self.film.add(&seen);
-        self.rays.note(&paths.emission, &self.further);
-        self.level = brightness(paths, sums, passes);
         Ok(seen)
     }
 }
 
-/// Mean over pixels and channels.
-fn brightness(paths: &ViewPaths, sums: &PixelSums, passes: u32) -> f32 {
+/// Mean over pixels and channels of what one pass shows.
+fn brightness(paths: &ViewPaths, sums: &PixelSums) -> f32 {
     let of_pixel = |pixel: usize| {
-        let gathered = sums.radiance(pixel).iter().sum::<f64>() / (3.0 * f64::from(passes));
+        let gathered = sums.radiance(pixel).iter().sum::<f64>() / 3.0;
         let connected = paths.connected.get(pixel).map_or(0.0, |rgb| rgb.mean());
         gathered + f64::from(connected + paths.emission[pixel].mean())
     };

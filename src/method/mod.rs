@@ -4,9 +4,12 @@ mod apa;
 mod balance;
 mod effects;
 mod emission;
+mod gathered;
+mod ground;
 mod inspect;
 mod observer;
 mod parameters;
+mod pass;
 mod ppb;
 mod ppbt;
 mod ppbt_metro;
@@ -19,6 +22,7 @@ mod stats;
 pub use crate::film::error::ErrorEstimate;
 pub use crate::transport::counters::Counters;
 pub use effects::{EffectReport, Work};
+pub use gathered::Gathered;
 pub use inspect::{inspect, Inspection};
 pub use observer::{FilmSoFar, Observer, Progress, Silent};
 pub use parameters::{Method, ParameterError, Parameters, Shooting};
@@ -51,6 +55,8 @@ pub struct Outcome {
     /// where no error was to be estimated.
     pub error_image: Option<Vec<[f32; 3]>>,
     pub stats: Stats,
+    /// What the film is made of.
+    pub gathered: Gathered,
 }
 
 /// Renders a scene with the method that the parameters name, until the passes or the time are over or
@@ -97,10 +103,15 @@ impl FilmSoFar for Held<'_> {
 }
 
 /// Tells the observer how far the render is; false where it has ended.
-fn goes_on(render: &dyn Progressive, parameters: &Parameters, observer: &mut dyn Observer) -> bool {
+pub fn goes_on(
+    render: &dyn Progressive,
+    parameters: &Parameters,
+    observer: &mut dyn Observer,
+) -> bool {
     let progress = render.progress();
     let stopped = observer.progress(&progress, &Held(render)).is_break();
-    let timed_out = parameters.timeout.is_some_and(|limit| progress.seconds >= limit.as_secs_f64());
+    let seconds = progress.seconds - progress.seconds_before;
+    let timed_out = parameters.timeout.is_some_and(|limit| seconds >= limit.as_secs_f64());
     let accurate = parameters.target_error > 0.0
         && progress.error.is_some_and(|error| error.reaches(parameters.target_error));
     let over = timed_out || accurate;

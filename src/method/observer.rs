@@ -9,6 +9,8 @@ use std::ops::ControlFlow;
 /// The state of a render between two passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
+    /// Number of the first pass, which is not 0 where the others are rendered elsewhere.
+    pub first_pass: u32,
     pub passes_done: u32,
     pub passes: u32,
     /// Walks emitted so far.
@@ -16,6 +18,8 @@ pub struct Progress {
     /// Radii of the pass that comes next.
     pub radii: Radii,
     pub seconds: f64,
+    /// Of these, what passes took that were done before this render took them up.
+    pub seconds_before: f64,
     /// How photons were shot in the last pass, by family.
     pub shooting: PerFamily<FamilyReport>,
     /// None before there is enough to judge by, or where no error is to be estimated.

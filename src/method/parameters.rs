@@ -104,6 +104,8 @@ pub struct Parameters {
     pub effects: Effects,
     /// Photon passes (`spp` of the scene's sampler).
     pub passes: u32,
+    /// Number of the first of them; not 0 where those before it are rendered elsewhere.
+    pub first_pass: u32,
     /// Walks emitted per pass (`photons`); 0 = by the film's pixels and what photons cost in the scene.
     pub photons: u64,
     /// View rays are jittered and both trees rebuilt every so many passes (`jitter_every`); 0 = by the way of shooting.
@@ -177,6 +179,12 @@ pub enum ParameterError {
     BadConnectionSamples(i64),
     #[error("passes is 0, but must be at least 1")]
     NoPasses,
+    #[error(
+        "the passes begin at {first_pass}, but view rays stay for {jitter_every} passes (jitter_every), which cannot be shared \
+         out; begin at {before} or {next}",
+        next = u64::from(*before) + u64::from(*jitter_every)
+    )]
+    SplitJitter { first_pass: u32, jitter_every: u32, before: u32 },
     #[error("chains is {0}, but must be at least 0 (0 = from the photons per pass)")]
     BadChains(i64),
     #[error("max_depth is {0}, but must be -1 (unbounded) or at least 0")]

@@ -18,11 +18,14 @@ pub fn begin<'a>(
     let jitter_every = parameters.jitter_every;
     let run = Run::new(scene, parameters, KernelDimensions::BEAMS, jitter_every, Receivers::build)?;
     Ok(run.with_pass(move |pass, sums| {
+        if pass.is_pilot() {
+            return pass.pilot(Particles::Beams(pass.parameters.photon_beams), sums);
+        }
         if pass.receivers_changed {
             shooter.receivers_changed();
         }
         let target = pass.target(Particles::Beams(pass.parameters.photon_beams));
-        let counters = shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?;
+        let counters = shooter.shoot(&target, pass.number, pass.walks, sums)?;
         pass.report_shooting(shooter.report());
         Ok(counters)
     }))

@@ -25,6 +25,7 @@ pub fn begin<'a>(
     )?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Points);
-        Ok(shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?)
+        shooter.learn(&target, pass.walks_per_pass)?;
+        Ok(shooter.shoot(&target, pass.number, pass.walks, sums)?)
     }))
 }

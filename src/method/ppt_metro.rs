@@ -24,11 +24,14 @@ pub fn begin<'a>(
         Receivers::build_for_points,
     )?;
     Ok(run.with_pass(move |pass, sums| {
+        if pass.is_pilot() {
+            return pass.pilot(Particles::Points, sums);
+        }
         if pass.receivers_changed {
             shooter.receivers_changed();
         }
         let target = pass.target(Particles::Points);
-        let counters = shooter.shoot(&target, pass.number, pass.parameters.photons, sums)?;
+        let counters = shooter.shoot(&target, pass.number, pass.walks, sums)?;
         pass.report_shooting(shooter.report());
         Ok(counters)
     }))

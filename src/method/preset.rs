@@ -33,6 +33,7 @@ impl Preset {
             connection_samples: 0,
             effects: Effects::NONE,
             passes: 16,
+            first_pass: 0,
             photons: 0,
             jitter_every: 0,
             alpha: 0.7,

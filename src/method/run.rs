@@ -3,39 +3,52 @@
 use super::balance;
 use super::effects::EffectReport;
 use super::emission::DirectEmission;
-use super::{Counters, Outcome, Parameters, PhaseSeconds, Progress, RenderError, Stats};
+use super::gathered::Gathered;
+use super::ground::{first_radii, Ground};
+use super::pass::{Pass, PILOT_PASS};
+use super::{
+    Counters, Outcome, ParameterError, Parameters, PhaseSeconds, Progress, RenderError, Stats,
+};
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use crate::effect::Effect;
 use crate::film::error::{ErrorEstimate, ErrorSums};
 use crate::film::layers::LayerSums;
-use crate::film::{add_bias, add_emission, add_jitter, Emission, FilmSums};
+use crate::film::{add_bias, add_jitter, Emission, FilmSums};
 use crate::markov::FamilyReport;
-use crate::plan::Plan;
-use crate::scene::{Scene, SceneResult};
+use crate::plan::{Connections, Plan};
+use crate::scene::Scene;
 use crate::transport::connect;
 use crate::transport::deposits::PixelSums;
-use crate::transport::footprint::{automatic_radii, resolvable_radii};
-use crate::transport::gather::{Particles, Target};
+use crate::transport::footprint::resolvable_radii;
 use crate::transport::memory::HoldsReceivers;
-use crate::transport::pairs::Pairs;
 use crate::transport::photon::PerFamily;
-use crate::transport::photon_map::PhotonMap;
-use crate::transport::receivers::Receivers;
-use crate::transport::store::{Storage, StoredPhotons};
 use crate::transport::view::{self, ViewPaths};
 use std::cell::Cell;
 use std::time::Instant;
-
-/// A number that no pass of a picture has: its photons are drawn from a stream of their own.
-const PILOT_PASS: u64 = u64::MAX;
 
 /// A render held between two passes, which the caller advances.
 pub trait Progressive {
     /// How far it is. Its seconds run on while it is held.
     fn progress(&self) -> Progress;
 
+    /// Goes on, before the first pass, where another render with the same parameters ended: its passes and what it gathered
+    /// are this one's.
+    fn take_up(&mut self, earlier: Gathered);
+
     /// Runs the next pass, whatever the number of passes in the parameters.
     fn advance(&mut self) -> Result<(), RenderError>;
+
+    /// What the jitters that ended brought; passes of the present one are not in it.
+    fn gathered(&self) -> &Gathered;
+
+    /// Parameters as they are in force. The photons per pass are not 0 once a pass is done.
+    fn parameters(&self) -> &Parameters;
+
+    /// Radii of the first of all passes, wherever this render begins.
+    fn initial_radii(&self) -> Radii;
+
+    /// Which receivers look for lamps by themselves.
+    fn connections(&self) -> Connections;
 
     /// The film of all passes so far, those of the present jitter among them.
     fn film(&self) -> Result<FilmSums, RenderError>;
@@ -62,13 +75,31 @@ where
         self.run.progress()
     }
 
+    fn take_up(&mut self, earlier: Gathered) {
+        self.run.take_up(earlier);
+    }
+
     fn advance(&mut self) -> Result<(), RenderError> {
+        self.run.learn_when_due(&mut self.body)?;
         let receivers_changed = self.run.jitter_when_due()?;
-        if self.run.parameters.photons == 0 {
-            self.run.settle_photons(&mut self.body)?;
-        }
         self.run.pass(receivers_changed, &mut self.body)?;
         self.run.end_jitter_when_due()
+    }
+
+    fn gathered(&self) -> &Gathered {
+        &self.run.gathered
+    }
+
+    fn parameters(&self) -> &Parameters {
+        &self.run.parameters
+    }
+
+    fn initial_radii(&self) -> Radii {
+        self.run.initial_radii
+    }
+
+    fn connections(&self) -> Connections {
+        self.run.plan.connections
     }
 
     fn film(&self) -> Result<FilmSums, RenderError> {
@@ -92,81 +123,32 @@ pub struct Run<'a, R> {
     start: Instant,
     jitter_every: u32,
     prepare: fn(ViewPaths) -> R,
-    /// Passes done, and those of them that shot at the present receivers.
+    /// Passes done, those that were taken up among them, and those of them that shot at the present receivers.
     passes: u32,
     passes_of_jitter: u32,
+    /// The jitter of the present receivers; all that is learnt is learnt from the first of all.
+    jitter: u64,
+    has_learnt: bool,
     initial_radii: Radii,
     radii: RadiusSequence,
     receivers: R,
     sums: PixelSums,
-    film: FilmSums,
+    gathered: Gathered,
     /// None where emission that is seen directly gets no rays of its own.
     emission: Option<DirectEmission>,
-    /// None where layers are not asked for.
-    layers: Option<LayerSums>,
-    /// None where no error is to be estimated.
-    error: Option<ErrorSums>,
     estimate: Option<ErrorEstimate>,
     counters: Counters,
     seconds: PhaseSeconds,
+    /// Of wall time, before this render took up what another had done.
+    seconds_before: f64,
     shooting: PerFamily<FamilyReport>,
+    shooting_before: PerFamily<FamilyReport>,
 }
 
-/// What one pass works with.
-pub struct Pass<'a, R> {
-    pub scene: &'a dyn Scene,
-    pub parameters: &'a Parameters,
-    pub plan: &'a Plan,
-    pub receivers: &'a R,
-    pub radii: Radii,
-    pub number: u64,
-    /// Whether the pass is the first after new ray paths took the place of others.
-    pub receivers_changed: bool,
-    /// What the shooter reported.
-    shooting: Cell<PerFamily<FamilyReport>>,
-    /// Of wall time spent on building trees over photons.
-    tree_seconds: Cell<f64>,
-}
-
-impl<R: HoldsReceivers> Pass<'_, R> {
-    pub fn pairs(&self) -> Pairs<'_> {
-        Pairs::new(self.plan, self.receivers.as_ref(), self.radii)
-    }
-
-    /// Shoots the pass's photons and keeps them.
-    pub fn store(&self, particles: Particles) -> SceneResult<(StoredPhotons, Counters)> {
-        let Parameters { seed, photons, .. } = *self.parameters;
-        let (paths, plan) = (self.receivers.as_ref(), self.plan);
-        let (wanted, cone) = (paths.wanted(plan), paths.beam_cone);
-        let storage = Storage { scene: self.scene, plan, particles, wanted, cone, seed };
-        storage.shoot(self.number, photons)
-    }
-
-    /// Builds the structures over stored photons, on the clock of trees.
-    pub fn build_map(&self, stored: StoredPhotons) -> PhotonMap {
-        let clock = Instant::now();
-        let map = PhotonMap::build(stored);
-        self.tree_seconds.set(self.tree_seconds.get() + clock.elapsed().as_secs_f64());
-        map
-    }
-
-    /// Hands on what the shooter reports, for progress and statistics.
-    pub fn report_shooting(&self, report: PerFamily<FamilyReport>) {
-        self.shooting.set(report);
-    }
-}
-
-impl Pass<'_, Receivers> {
-    /// What photons are shot at.
-    pub fn target(&self, particles: Particles) -> Target<'_> {
-        Target {
-            scene: self.scene,
-            receivers: self.receivers,
-            particles,
-            radii: self.radii,
-            plan: self.plan,
-        }
-    }
+/// What one jitter adds to the films.
+struct JitterFilms {
+    film: FilmSums,
+    emission: Option<FilmSums>,
 }
 
 impl<'a, R: HoldsReceivers> Run<'a, R> {
@@ -179,6 +161,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         prepare: fn(ViewPaths) -> R,
     ) -> Result<Self, RenderError> {
         let start = Instant::now();
+        check_first_pass(parameters.first_pass, jitter_every)?;
         let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
         let mut plan = parameters.plan(scene.description());
         let clock = Instant::now();
@@ -196,8 +179,14 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
         let connects = plan.connections.any();
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
-        let radii =
+        let mut radii =
             RadiusSequence::new(first_radii, alpha, schedule, kernels).not_below(least_radii);
+        let initial_radii = radii.current();
+        radii.advance_by(parameters.first_pass);
+        let emission = wants_emission_rays.then(|| DirectEmission::new(scene.description()));
+        let error =
+            parameters.estimate_error.then(|| ErrorSums::new(scene.description(), alpha, connects));
+        let layers = parameters.layers.then(|| LayerSums::new(scene.description()));
         Ok(Run {
             scene,
             parameters: parameters.clone(),
@@ -207,20 +196,20 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             prepare,
             passes: 0,
             passes_of_jitter: 0,
-            initial_radii: radii.current(),
+            jitter: 0,
+            has_learnt: false,
+            initial_radii,
             radii,
             sums: receivers.as_ref().new_sums(),
             receivers,
-            film: FilmSums::new(scene.description()),
-            emission: wants_emission_rays.then(|| DirectEmission::new(scene.description())),
-            layers: parameters.layers.then(|| LayerSums::new(scene.description())),
-            error: parameters
-                .estimate_error
-                .then(|| ErrorSums::new(scene.description(), alpha, connects)),
+            gathered: Gathered::new(scene.description(), emission.is_some(), layers, error),
+            emission,
             estimate: None,
             counters,
             seconds,
+            seconds_before: 0.0,
             shooting: PerFamily::default(),
+            shooting_before: PerFamily::default(),
         })
     }
 
@@ -233,39 +222,104 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         Box::new(Held { run: self, body })
     }
 
-    /// Traces new ray paths if the present ones have had all their passes; says whether it did.
+    /// Makes what another render gathered the beginning of this one.
+    fn take_up(&mut self, earlier: Gathered) {
+        assert!(!self.has_learnt, "a render takes up another's passes before its own");
+        if earlier.passes == 0 {
+            return;
+        }
+        self.passes = earlier.passes;
+        self.radii.advance_by(earlier.passes);
+        // The first jitter serves to learn from; what it took to trace is among the earlier counts.
+        self.counters = earlier.counters;
+        self.seconds.add(&earlier.phase_seconds);
+        self.seconds_before = earlier.seconds;
+        (self.shooting, self.shooting_before) = (earlier.shooting, earlier.shooting);
+        self.estimate = earlier.error.as_ref().and_then(ErrorSums::estimate);
+        self.gathered = earlier;
+    }
+
+    /// The number of the pass that is next, among all that the picture may ever get.
+    fn next_number(&self) -> u64 {
+        u64::from(self.parameters.first_pass) + u64::from(self.passes)
+    }
+
+    /// Learns before the first pass what all passes go by. Every render of these parameters does so from the first jitter and
+    /// with the first radii, whichever passes are its own, so that passes can be shared out.
+    fn learn_when_due(
+        &mut self,
+        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<(), RenderError> {
+        if std::mem::replace(&mut self.has_learnt, true) {
+            return Ok(());
+        }
+        let begins_later = self.next_number() > 0;
+        if self.parameters.photons == 0 || self.emission.is_some() || begins_later {
+            self.pilot(body)?;
+        }
+        if self.next_number() < u64::from(self.jitter_every) {
+            self.trace_emission(0)?;
+        }
+        Ok(())
+    }
+
+    /// Runs a pilot, whose picture and counts are thrown away: it chooses the photons of all passes, unless they are given, and
+    /// teaches the method and the rays for emission.
+    fn pilot(
+        &mut self,
+        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<(), RenderError> {
+        let clock = Instant::now();
+        let pixels = self.sums.len() as u64;
+        let (given, pilot) = (self.parameters.photons, balance::pilot(pixels));
+        let walks_per_pass = if given == 0 { pilot } else { given };
+        let mut thrown_away = self.receivers.as_ref().new_sums();
+        let pass = Pass {
+            radii: self.initial_radii,
+            walks: pilot.min(walks_per_pass),
+            walks_per_pass,
+            ..self.next_pass(PILOT_PASS, false)
+        };
+        let counters = body(&pass, &mut thrown_away)?;
+        if given == 0 {
+            let connections = self.plan.connections.per_receiver();
+            self.parameters.photons = balance::photons(pixels, connections, &counters);
+        }
+        if let Some(emission) = &mut self.emission {
+            emission.learn_level(self.receivers.as_ref(), &thrown_away);
+        }
+        self.seconds.photons += clock.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Traces new ray paths if the present ones are those of another jitter than the next pass's; says whether it did.
     // [Collin 2013 Algorithm 1, lines 2 to 5]
     fn jitter_when_due(&mut self) -> Result<bool, RenderError> {
-        if self.passes == 0 || self.passes_of_jitter > 0 {
+        let jitter = self.next_number() / u64::from(self.jitter_every);
+        if jitter == self.jitter {
             return Ok(false);
         }
-        let jitter = u64::from(self.passes / self.jitter_every);
+        self.jitter = jitter;
+        if self.passes == 0 {
+            // The first jitter served to learn from, and adds nothing to this picture.
+            self.counters = Counters::default();
+        }
         let Parameters { seed, layers, .. } = self.parameters;
         let ground = Ground { scene: self.scene, seed, plan: &self.plan, layers };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
+        self.trace_emission(jitter)?;
+        Ok(true)
+    }
+
+    /// Traces rays that look for emission alone, where there are any.
+    fn trace_emission(&mut self, jitter: u64) -> Result<(), RenderError> {
         if let Some(emission) = &mut self.emission {
             let clock = Instant::now();
             emission.trace(self.scene, &self.plan, self.parameters.seed, jitter)?;
             self.counters.add(&emission.further.counters);
             self.seconds.view += clock.elapsed().as_secs_f64();
         }
-        Ok(true)
-    }
-
-    /// Chooses the photons of all passes by a pilot, whose picture and counts are thrown away.
-    fn settle_photons(
-        &mut self,
-        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
-    ) -> Result<(), RenderError> {
-        let clock = Instant::now();
-        let pixels = self.sums.len() as u64;
-        self.parameters.photons = balance::pilot(pixels);
-        let mut thrown_away = self.receivers.as_ref().new_sums();
-        let counters = body(&self.next_pass(PILOT_PASS, false), &mut thrown_away)?;
-        self.parameters.photons =
-            balance::photons(pixels, self.plan.connections.per_receiver(), &counters);
-        self.seconds.photons += clock.elapsed().as_secs_f64();
         Ok(())
     }
 
@@ -277,8 +331,10 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             receivers: &self.receivers,
             radii: self.radii.current(),
             number,
+            walks: self.parameters.photons,
+            walks_per_pass: self.parameters.photons,
             receivers_changed,
-            shooting: Cell::new(self.shooting),
+            shooting: Cell::new(PerFamily::default()),
             tree_seconds: Cell::new(0.0),
         }
     }
@@ -292,11 +348,12 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     ) -> Result<(), RenderError> {
         let clock = Instant::now();
         let mut sums = std::mem::take(&mut self.sums);
-        let pass = self.next_pass(u64::from(self.passes), receivers_changed);
+        let pass = self.next_pass(self.next_number(), receivers_changed);
         let counters = body(&pass, &mut sums)?;
         let (tree_seconds, shooting) = (pass.tree_seconds.get(), pass.shooting.get());
         self.sums = sums;
-        self.shooting = shooting;
+        let before = self.shooting_before;
+        self.shooting = PerFamily::from_fn(|family| before[family].and(shooting[family]));
         self.seconds.trees += tree_seconds;
         self.seconds.photons += clock.elapsed().as_secs_f64() - tree_seconds;
         self.counters.add(&counters);
@@ -311,6 +368,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         if self.passes_of_jitter > 0 {
             self.end_jitter()?;
         }
+        let seconds = self.total_seconds();
         let mut warnings = self.scene.description().warnings.clone();
         warnings.extend(self.counters.warnings());
         let stats = Stats {
@@ -318,7 +376,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             connections: self.plan.connections,
             passes: self.passes,
             threads: rayon::current_num_threads(),
-            seconds: self.start.elapsed().as_secs_f64(),
+            seconds,
             phase_seconds: self.seconds,
             initial_radii: self.initial_radii,
             final_radii: self.radii.current(),
@@ -329,15 +387,11 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             estimated_error: self.estimate,
             warnings,
         };
-        let error_image = self.error.map(|error| error.image());
-        let (description, mut film) = (self.scene.description(), self.film);
-        let emission = self.emission.map(|emission| emission.film);
-        let layers =
-            self.layers.map(|own| own.finish(description, &film, emission.as_ref(), self.passes));
-        if let Some(emission) = emission {
-            film.add_mean(&emission, description);
-        }
-        Ok(Outcome { film, layers, error_image, stats })
+        let channels = self.scene.description().film_channels as usize;
+        let error_image = self.gathered.error.as_ref().map(ErrorSums::image);
+        let film = self.gathered.picture(channels);
+        let layers = self.gathered.layer_sums(channels);
+        Ok(Outcome { film, layers, error_image, stats, gathered: self.gathered })
     }
 
     fn end_jitter_when_due(&mut self) -> Result<(), RenderError> {
@@ -351,51 +405,55 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     // [Collin 2013 Algorithm 1, lines 10 and 11]: the running mean over passes, by weights on the film.
     fn end_jitter(&mut self) -> Result<(), RenderError> {
         let clock = Instant::now();
-        let passes = std::mem::take(&mut self.passes_of_jitter);
-        let (scene, paths) = (self.scene, self.receivers.as_ref());
-        let mut film = FilmSums::new(scene.description());
-        let place = self.place_of_emission();
-        add_jitter(scene, paths, place, &self.sums, passes, &mut film)?;
-        if let Some(layers) = &mut self.layers {
-            layers.add_jitter(scene, paths, place, &self.sums, passes)?;
+        let passes = self.passes_of_jitter;
+        let JitterFilms { mut film, emission } = self.jitter_films()?;
+        self.gathered.add(&film, emission.as_ref());
+        let (place, paths) = (self.place_of_emission(), self.receivers.as_ref());
+        if let Some(layers) = &mut self.gathered.layers {
+            layers.add_jitter(self.scene, paths, place, &self.sums, passes)?;
         }
-        let emission =
-            self.emission.as_mut().map(|own| own.end_jitter(scene, paths, &self.sums, passes));
-        let emission = emission.transpose()?;
-        if let Some(error) = self.error.as_mut().filter(|_| passes == self.jitter_every) {
-            let mut bias = FilmSums::new(scene.description());
-            add_bias(scene, paths, &self.sums, passes, &mut bias)?;
-            match &emission {
-                None => error.add(&film, &bias),
-                Some(emission) => {
-                    let mut whole = film.clone();
-                    whole.add_channels(emission, scene.description());
-                    error.add(&whole, &bias);
-                }
+        if let Some(error) = self.gathered.error.as_mut().filter(|_| passes == self.jitter_every) {
+            let description = self.scene.description();
+            let mut bias = FilmSums::new(description);
+            add_bias(self.scene, paths, &self.sums, passes, &mut bias)?;
+            if let Some(emission) = &emission {
+                film.add_channels(emission, description.film_channels as usize);
             }
+            error.add(&film, &bias);
             self.estimate = error.estimate();
         }
-        self.film.add(&film);
         self.sums.clear();
+        self.passes_of_jitter = 0;
         self.seconds.film += clock.elapsed().as_secs_f64();
+        self.gathered.passes = self.passes;
+        self.gathered.counters = self.counters;
+        self.gathered.shooting = self.shooting;
+        self.gathered.seconds = self.total_seconds();
+        self.gathered.phase_seconds = self.seconds;
         Ok(())
     }
 
-    /// The film, with the jitter under way weighted by the passes that it has had.
+    /// What the jitter under way adds, weighted by the passes that it has had.
+    fn jitter_films(&self) -> Result<JitterFilms, RenderError> {
+        let (scene, paths, passes) = (self.scene, self.receivers.as_ref(), self.passes_of_jitter);
+        let mut film = FilmSums::new(scene.description());
+        add_jitter(scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
+        let emission = self.emission.as_ref().map(|own| own.film(scene, paths, passes));
+        Ok(JitterFilms { film, emission: emission.transpose()? })
+    }
+
+    /// The film, with the jitter under way.
     fn film_so_far(&self) -> Result<FilmSums, RenderError> {
-        let mut film = self.film.clone();
-        let mut emission = self.emission.as_ref().map(|own| own.film.clone());
-        if self.passes_of_jitter > 0 {
-            let (paths, passes) = (self.receivers.as_ref(), self.passes_of_jitter);
-            add_jitter(self.scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
-            if let (Some(sums), Some(own)) = (&mut emission, &self.emission) {
-                add_emission(self.scene, paths, &own.further, passes, sums)?;
-            }
+        let channels = self.scene.description().film_channels as usize;
+        if self.passes_of_jitter == 0 {
+            return Ok(self.gathered.picture(channels));
         }
-        if let Some(emission) = emission {
-            film.add_mean(&emission, self.scene.description());
-        }
-        Ok(film)
+        let films = self.jitter_films()?;
+        Ok(self.gathered.picture_with(&films.film, films.emission.as_ref(), channels))
+    }
+
+    fn total_seconds(&self) -> f64 {
+        self.seconds_before + self.start.elapsed().as_secs_f64()
     }
 
     fn place_of_emission(&self) -> Emission {
@@ -409,75 +467,23 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     fn progress(&self) -> Progress {
         Progress {
             passes_done: self.passes,
+            first_pass: self.parameters.first_pass,
             passes: self.parameters.passes,
             walks: self.counters.walks,
             radii: self.radii.current(),
-            seconds: self.start.elapsed().as_secs_f64(),
+            seconds: self.total_seconds(),
+            seconds_before: self.seconds_before,
             shooting: self.shooting,
             error: self.estimate,
         }
     }
 }
 
-/// What ray paths depend on.
-struct Ground<'a> {
-    scene: &'a dyn Scene,
-    seed: u64,
-    plan: &'a Plan,
-    /// Whether layers are kept apart.
-    layers: bool,
-}
-
-impl Ground<'_> {
-    /// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
-    fn trace<R: HoldsReceivers>(
-        &self,
-        jitter: u64,
-        prepare: fn(ViewPaths) -> R,
-        counters: &mut Counters,
-        seconds: &mut PhaseSeconds,
-    ) -> Result<R, RenderError> {
-        let clock = Instant::now();
-        let paths = view::trace(self.scene, self.plan, self.seed, jitter)?;
-        seconds.view += clock.elapsed().as_secs_f64();
-        self.receivers(paths, jitter, prepare, counters, seconds)
+/// Passes at the same view rays cannot be shared out.
+fn check_first_pass(first_pass: u32, jitter_every: u32) -> Result<(), ParameterError> {
+    if first_pass % jitter_every == 0 {
+        return Ok(());
     }
-
-    fn receivers<R: HoldsReceivers>(
-        &self,
-        mut paths: ViewPaths,
-        jitter: u64,
-        prepare: fn(ViewPaths) -> R,
-        counters: &mut Counters,
-        seconds: &mut PhaseSeconds,
-    ) -> Result<R, RenderError> {
-        let clock = Instant::now();
-        if self.layers {
-            paths.keep_layers_apart();
-        }
-        if self.plan.connections.any() {
-            connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
-        }
-        counters.add(&paths.counters);
-        paths.shrink_for_passes();
-        seconds.view += clock.elapsed().as_secs_f64();
-        let clock = Instant::now();
-        let receivers = prepare(paths);
-        seconds.trees += clock.elapsed().as_secs_f64();
-        Ok(receivers)
-    }
-}
-
-/// Radii as given, or from the pixel footprint where they are 0.
-fn first_radii(
-    scene: &dyn Scene,
-    parameters: &Parameters,
-    paths: &ViewPaths,
-) -> Result<Radii, RenderError> {
-    let automatic = automatic_radii(scene, paths)?;
-    let choose = |given: f32, automatic: f32| if given > 0.0 { given } else { automatic };
-    Ok(Radii {
-        surface: choose(parameters.surface_radius, automatic.surface),
-        medium: choose(parameters.medium_radius, automatic.medium),
-    })
+    let before = first_pass - first_pass % jitter_every;
+    Err(ParameterError::SplitJitter { first_pass, jitter_every, before })
 }

@@ -7,10 +7,10 @@ use crate::plan::Connections;
 use crate::transport::counters::Counters;
 use crate::transport::memory::ReceiverMemory;
 use crate::transport::photon::PerFamily;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Seconds of wall time by phase, summed over the threads of batches that ran side by side.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseSeconds {
     /// View rays: tracing them and their transmittances.
     pub view: f64,
@@ -20,6 +20,15 @@ pub struct PhaseSeconds {
     pub photons: f64,
     /// Film: reconstruction filter and sums.
     pub film: f64,
+}
+
+impl PhaseSeconds {
+    pub fn add(&mut self, o: &PhaseSeconds) {
+        self.view += o.view;
+        self.trees += o.trees;
+        self.photons += o.photons;
+        self.film += o.film;
+    }
 }
 
 /// The report of a render, as written by `--stats`.

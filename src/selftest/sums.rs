@@ -4,7 +4,7 @@ use super::case::Case;
 use super::trial::Trial;
 use super::SelftestError;
 use crate::density::radius::{KernelDimensions, Radii, RadiusSequence, Schedule};
-use crate::film::FilmSums;
+use crate::film::{ExactSums, FilmSums};
 use crate::scene::Scene;
 use crate::transport::deposits::PixelSums;
 use statrs::function::gamma::ln_gamma;
@@ -76,13 +76,15 @@ fn film_sums(trial: &mut Trial) -> Result<(), SelftestError> {
     let world = super::worlds::HalfSpace::new(crate::math::Rgb::ONE, 0.5, 1.0).contents();
     let world = crate::analytic::World::new(world);
     let description = world.description();
-    let (mut film, mut jitter) = (FilmSums::new(description), FilmSums::new(description));
+    let mut jitter = FilmSums::new(description);
+    let mut film = ExactSums::new(jitter.values.len());
     let channels = description.film_channels as usize;
     for pixel in jitter.values.chunks_exact_mut(channels) {
         pixel.fill(0.1);
         pixel[0] = 1e-8 / 3.0;
     }
     (0..PASSES).for_each(|_| film.add(&jitter));
+    let film = film.rounded();
     let pixel = &film.values[..channels];
     let weight = pixel[channels - 1];
     trial.number("dark pixel", pixel[0] / weight, 1e-7 / 3.0, 1e-9);

@@ -1,8 +1,8 @@
 use super::photon::{Family, PerFamily};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What was done, counted.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     pub view_rays: u64,
     pub view_beams: u64,

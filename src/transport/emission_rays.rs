@@ -2,7 +2,6 @@
 //! ray per pixel and jitter would leave their edges noisy long after all else is smooth. [Emission rays]
 
 use super::view::EmissionSamples;
-use crate::math::Rgb;
 
 /// Further rays of a jitter at most, in pixels of the film.
 const BUDGET: f64 = 0.5;
@@ -28,10 +27,13 @@ impl EmissionRays {
         }
     }
 
-    /// Takes note of one ray per pixel and of further ones.
-    pub fn note(&mut self, emission: &[Rgb], further: &EmissionSamples) {
-        let further = further.pixels.iter().zip(&further.radiance);
-        for (pixel, radiance) in (0..).zip(emission).chain(further.map(|(&p, rgb)| (p, rgb))) {
+    pub fn pixel_count(&self) -> usize {
+        self.seen.len()
+    }
+
+    /// Takes note of what rays saw.
+    pub fn note(&mut self, samples: &EmissionSamples) {
+        for (&pixel, radiance) in samples.pixels.iter().zip(&samples.radiance) {
             let [low, high] = &mut self.seen[pixel as usize];
             let brightness = radiance.mean();
             *low = low.min(brightness);
@@ -39,8 +41,8 @@ impl EmissionRays {
         }
     }
 
-    /// The pixels of further rays for the next jitter, each as often as it gets rays. They depend on rays of jitters before
-    /// it alone, so that the means of its own stay unbiased. `level` is the mean brightness of the picture.
+    /// The pixels of further rays for a jitter, each as often as it gets rays. They depend on rays alone that add nothing to the
+    /// picture, so that its mean stays unbiased. `level` is the mean brightness of the picture.
     pub fn pixels(&self, level: f32) -> Vec<u32> {
         let worth = |pixel: &u32| {
             let [low, high] = self.around(*pixel as usize);
@@ -68,11 +70,17 @@ impl EmissionRays {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Rgb;
+
+    fn one_per_pixel(radiance: impl Fn(usize) -> Rgb) -> EmissionSamples {
+        let (pixels, radiance) = ((0..200).collect(), (0..200).map(radiance).collect());
+        EmissionSamples { pixels, radiance, ..EmissionSamples::default() }
+    }
 
     fn half_lit() -> EmissionRays {
         let mut rays = EmissionRays::new([20, 10]);
         let lit = |pixel: usize| Rgb::splat(if pixel % 20 < 10 { 0.0 } else { 5.0 });
-        rays.note(&(0..200).map(lit).collect::<Vec<_>>(), &EmissionSamples::default());
+        rays.note(&one_per_pixel(lit));
         rays
     }
 
@@ -92,14 +100,14 @@ mod tests {
     #[test]
     fn what_flickers_within_a_pixel_is_an_edge() {
         let mut rays = EmissionRays::new([20, 10]);
-        rays.note(&[Rgb::ZERO; 200], &EmissionSamples::default());
+        rays.note(&one_per_pixel(|_| Rgb::ZERO));
         assert!(rays.pixels(1.0).is_empty());
         let further = EmissionSamples {
             pixels: vec![105],
             radiance: vec![Rgb::splat(9.0)],
             ..EmissionSamples::default()
         };
-        rays.note(&[Rgb::ZERO; 200], &further);
+        rays.note(&further);
         // The pixel and its eight neighbours.
         assert_eq!(rays.pixels(1.0).len(), 9 * (100 / 9));
     }

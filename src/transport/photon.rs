@@ -17,7 +17,7 @@ impl Family {
 }
 
 /// One value per family.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct PerFamily<T> {
     pub surface: T,
     pub medium: T,

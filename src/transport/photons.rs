@@ -53,6 +53,18 @@ impl UniformShooter {
         UniformShooter { guidance, ..UniformShooter::new(seed) }
     }
 
+    /// Learns where photons are seen, if that is wanted and was not done before; passes have so many walks.
+    pub fn learn(&mut self, target: &Target, walks_per_pass: u64) -> SceneResult<()> {
+        if matches!(self.guidance, Guidance::Wanted) {
+            self.guidance = Guidance::None;
+            if wants_photons(target) {
+                let learnt = learn_guide(target, self.seed, walks_per_pass)?;
+                self.guidance = learnt.map_or(Guidance::None, Guidance::Learnt);
+            }
+        }
+        Ok(())
+    }
+
     /// Emits `walks` walks and adds the pass's radiance to `sums`.
     pub fn shoot(
         &mut self,
@@ -61,13 +73,9 @@ impl UniformShooter {
         walks: u64,
         sums: &mut PixelSums,
     ) -> SceneResult<Counters> {
-        let wanted = target.wanted();
-        if !wanted.surface && !wanted.medium {
+        self.learn(target, walks)?;
+        if !wants_photons(target) {
             return Ok(Counters::default());
-        }
-        if matches!(self.guidance, Guidance::Wanted) {
-            let learnt = learn_guide(target, self.seed, walks)?;
-            self.guidance = learnt.map_or(Guidance::None, Guidance::Learnt);
         }
         let batching = target.scene.batching();
         let (mut counters, mut next, end) = (Counters::default(), 0, batching.count(walks));
@@ -113,4 +121,9 @@ impl UniformShooter {
         self.batches_per_round = ((DEPOSITS_PER_ROUND / per_batch) as u64)
             .clamp(threads, BATCHES_PER_ROUND.max(threads));
     }
+}
+
+fn wants_photons(target: &Target) -> bool {
+    let wanted = target.wanted();
+    wanted.surface || wanted.medium
 }

@@ -40,11 +40,13 @@ unsafe extern "C" fn bridge_progress(context: *mut c_void, progress: *const VptP
     // SAFETY: `context` is the bridge of the render under way, `progress` valid during the call.
     let (bridge, p) = unsafe { (&mut *context.cast::<Bridge>(), &*progress) };
     let progress = Progress {
+        first_pass: 0,
         passes_done: p.passes_done,
         passes: p.passes,
         walks: p.walks,
         radii: Radii { surface: p.surface_radius, medium: p.medium_radius },
         seconds: p.seconds,
+        seconds_before: 0.0,
         shooting: PerFamily {
             surface: read_shooting(&p.surface_shooting),
             medium: read_shooting(&p.medium_shooting),

@@ -20,12 +20,21 @@ struct Description {
 impl LoadedScene<'_> {
     /// How the film of the picture last rendered would write it.
     pub fn film_format(&self) -> HostResult<Result<FilmFormat, UnknownFormat>> {
-        Ok(FilmFormat::of_film(&self.describe_film()?.says))
+        Ok(FilmFormat::of_film(&self.describe_film(self.rendered)?.says))
+    }
+
+    /// How a sensor's film would write its picture, and the names of the channels behind its weight.
+    pub fn film_facts(
+        &self,
+        sensor: usize,
+    ) -> HostResult<(Result<FilmFormat, UnknownFormat>, Vec<String>)> {
+        let Description { says, others, .. } = self.describe_film(self.checked(sensor))?;
+        Ok((FilmFormat::of_film(&says), others))
     }
 
     /// The weighted sums of the picture last rendered, with its layers.
     pub fn film(&self) -> HostResult<FilmImage> {
-        let Description { others, has_alpha, .. } = self.describe_film()?;
+        let Description { others, has_alpha, .. } = self.describe_film(self.rendered)?;
         let [width, height] = self.film_size(self.rendered as usize).map(|n| n as usize);
         let mut image = FilmImage { width, height, has_alpha, others, values: Vec::new() };
         image.values.resize(width * height * image.channel_count(), 0.0);
@@ -37,13 +46,13 @@ impl LoadedScene<'_> {
         Ok(image)
     }
 
-    fn describe_film(&self) -> HostResult<Description> {
+    fn describe_film(&self, sensor: u32) -> HostResult<Description> {
         let (mut says, mut others, mut has_alpha) = (vec![0_u8; TEXT], vec![0_u8; TEXT], 0);
         // SAFETY: the scene is alive, and both texts have room for `TEXT` bytes.
         call(|error, size| unsafe {
             vpt_scene_describe_film(
                 self.scene,
-                self.rendered,
+                sensor,
                 says.as_mut_ptr().cast(),
                 others.as_mut_ptr().cast(),
                 TEXT,

@@ -197,7 +197,7 @@ impl<'a> LoadedScene<'a> {
         vec![0.0; 3 * width as usize * height as usize]
     }
 
-    fn checked(&self, sensor: usize) -> u32 {
+    pub(super) fn checked(&self, sensor: usize) -> u32 {
         assert!(sensor < self.sensor_count(), "sensor {sensor} of {}", self.sensors);
         sensor as u32
     }

@@ -158,6 +158,7 @@ fn describe(contents: &Contents, emitters: &[Emitter]) -> SceneDescription {
         film_channels: FILM_CHANNELS as u32,
         film_pixels: film_size[0] * film_size[1],
         film_width: film_size[0],
+        channel_colours: None,
         media: media.map(|(index, fog)| disclose(index, fog, contents.disclosure)).collect(),
         bounds,
         surfaces: contents.surfaces.iter().enumerate().map(|(i, s)| s.facts(i)).collect(),

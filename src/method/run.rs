@@ -23,6 +23,7 @@ use crate::transport::photon_map::PhotonMap;
 use crate::transport::receivers::Receivers;
 use crate::transport::store::{Storage, StoredPhotons};
 use crate::transport::view::{self, ViewPaths};
+use crate::transport::wavelengths;
 use std::cell::Cell;
 use std::time::Instant;
 
@@ -87,6 +88,8 @@ where
 /// A render between two passes. `R` is what becomes of the ray paths of one jitter.
 pub struct Run<'a, R> {
     scene: &'a dyn Scene,
+    /// The scene at the wavelengths of the present jitter; none where its channels are colours.
+    tuned: Option<Box<dyn Scene + 'a>>,
     parameters: Parameters,
     plan: Plan,
     start: Instant,
@@ -181,16 +184,19 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let start = Instant::now();
         let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
         let mut plan = parameters.plan(scene.description());
+        let tuned = wavelengths::tuned(scene, parameters.seed, 0)?;
+        let now = tuned.as_deref().unwrap_or(scene);
+        plan.retune(now.description());
         let clock = Instant::now();
-        let paths = view::trace(scene, &plan, parameters.seed, 0)?;
+        let paths = view::trace(now, &plan, parameters.seed, 0)?;
         if parameters.connections.is_none() {
-            plan.connections = connect::worthwhile(scene, &plan, parameters.seed, &paths)?;
+            plan.connections = connect::worthwhile(now, &plan, parameters.seed, &paths)?;
         }
         seconds.view += clock.elapsed().as_secs_f64();
         let (first_radii, least_radii) =
-            (first_radii(scene, parameters, &paths)?, resolvable_radii(&paths));
+            (first_radii(now, parameters, &paths)?, resolvable_radii(&paths));
         let ground =
-            Ground { scene, seed: parameters.seed, plan: &plan, layers: parameters.layers };
+            Ground { scene: now, seed: parameters.seed, plan: &plan, layers: parameters.layers };
         let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
         let wants_emission_rays =
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
@@ -200,6 +206,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             RadiusSequence::new(first_radii, alpha, schedule, kernels).not_below(least_radii);
         Ok(Run {
             scene,
+            tuned,
             parameters: parameters.clone(),
             plan,
             start,
@@ -241,12 +248,15 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         }
         let jitter = u64::from(self.passes / self.jitter_every);
         let Parameters { seed, layers, .. } = self.parameters;
-        let ground = Ground { scene: self.scene, seed, plan: &self.plan, layers };
+        self.tuned = wavelengths::tuned(self.scene, seed, jitter)?;
+        let scene = self.tuned.as_deref().unwrap_or(self.scene);
+        self.plan.retune(scene.description());
+        let ground = Ground { scene, seed, plan: &self.plan, layers };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
         if let Some(emission) = &mut self.emission {
             let clock = Instant::now();
-            emission.trace(self.scene, &self.plan, self.parameters.seed, jitter)?;
+            emission.trace(scene, &self.plan, self.parameters.seed, jitter)?;
             self.counters.add(&emission.further.counters);
             self.seconds.view += clock.elapsed().as_secs_f64();
         }
@@ -271,7 +281,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
 
     fn next_pass(&self, number: u64, receivers_changed: bool) -> Pass<'_, R> {
         Pass {
-            scene: self.scene,
+            scene: self.scene_now(),
             parameters: &self.parameters,
             plan: &self.plan,
             receivers: &self.receivers,
@@ -352,7 +362,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     fn end_jitter(&mut self) -> Result<(), RenderError> {
         let clock = Instant::now();
         let passes = std::mem::take(&mut self.passes_of_jitter);
-        let (scene, paths) = (self.scene, self.receivers.as_ref());
+        let scene = self.tuned.as_deref().unwrap_or(self.scene);
+        let paths = self.receivers.as_ref();
         let mut film = FilmSums::new(scene.description());
         let place = self.place_of_emission();
         add_jitter(scene, paths, place, &self.sums, passes, &mut film)?;
@@ -387,15 +398,21 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let mut emission = self.emission.as_ref().map(|own| own.film.clone());
         if self.passes_of_jitter > 0 {
             let (paths, passes) = (self.receivers.as_ref(), self.passes_of_jitter);
-            add_jitter(self.scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
+            let scene = self.scene_now();
+            add_jitter(scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
             if let (Some(sums), Some(own)) = (&mut emission, &self.emission) {
-                add_emission(self.scene, paths, &own.further, passes, sums)?;
+                add_emission(scene, paths, &own.further, passes, sums)?;
             }
         }
         if let Some(emission) = emission {
             film.add_mean(&emission, self.scene.description());
         }
         Ok(film)
+    }
+
+    /// The scene as the present jitter sees it.
+    fn scene_now(&self) -> &dyn Scene {
+        self.tuned.as_deref().unwrap_or(self.scene)
     }
 
     fn place_of_emission(&self) -> Emission {

@@ -575,7 +575,7 @@ unsafe extern "C" fn splat(
 ) -> i32 {
     // SAFETY: all arrays hold `count` lanes, the storage the whole film.
     guarded(|| unsafe {
-        let (scene, count) = (served(context).scene, count as usize);
+        let (scene, count) = (&*served(context).scene, count as usize);
         let samples = FilmSamples {
             position: from_raw_parts(position, 2 * count).to_vec(),
             radiance: planes(count, radiance),

@@ -21,7 +21,6 @@ use vpt::math::Rgb;
 use vpt::method::{self, Method, Outcome, Parameters, Preset, Shooting, Silent};
 use vpt::plan::{Plan, Steering, Wishes};
 use vpt::scene::{PathLimits, Scene, VACUUM};
-use vpt::transport::deposits::PixelSums;
 use vpt::transport::gather::{Particles, Target};
 use vpt::transport::photon::Family;
 use vpt::transport::receivers::Receivers;

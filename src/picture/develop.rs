@@ -5,11 +5,8 @@ use super::{Channel, LayeredPicture};
 use serde::{Deserialize, Serialize};
 
 /// Weights of red, green and blue in X, Y and Z. [Mitsuba's `hdrfilm`]
-const XYZ: [[f32; 3]; 3] = [
-    [0.412453, 0.35758, 0.180423],
-    [0.212671, 0.71516, 0.072169],
-    [0.019334, 0.119193, 0.950227],
-];
+const XYZ: [[f32; 3]; 3] =
+    [[0.412453, 0.35758, 0.180423], [0.212671, 0.71516, 0.072169], [0.019334, 0.119193, 0.950227]];
 
 /// The film's parameter `pixel_format`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

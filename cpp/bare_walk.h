@@ -13,6 +13,7 @@ template <typename Float, typename Spectrum>
 uint64_t bare_walks(const Scene<Float, Spectrum> *scene, const SceneTables<Float, Spectrum> &tables,
                     uint64_t walks, uint32_t max_depth, uint32_t rr_depth) {
     MI_IMPORT_TYPES(BSDFPtr, PhaseFunctionContext)
+    using Channels = Band<Float, Spectrum>;
     static_assert(!dr::is_jit_v<Float>);
     PCG32<uint32_t> rng;
     auto next = [&rng] { return rng.template next_float<float>(); };
@@ -36,8 +37,8 @@ uint64_t bare_walks(const Scene<Float, Spectrum> *scene, const SceneTables<Float
                 mei = medium->sample_interaction(ray, next(), channel, true);
                 if (!mei.is_valid() || mei.t >= remaining)
                     break;
-                float majorant = component(mei.combined_extinction, channel);
-                collided = next() * majorant < component(mei.sigma_t, channel);
+                float majorant = Channels::of_hero(mei.combined_extinction, channel);
+                collided = next() * majorant < Channels::of_hero(mei.sigma_t, channel);
                 ray.o = mei.p;
                 remaining -= mei.t;
             }

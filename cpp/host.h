@@ -17,15 +17,25 @@ public:
                     ShapePtr)
     using View = ViewWalk<Float, Spectrum>;
     using Photons = PhotonWalk<Float, Spectrum>;
+    using Tables = SceneTables<Float, Spectrum>;
+    using Channels = Band<Float, Spectrum>;
     static constexpr bool Jit = dr::is_jit_v<Float>;
 
-    Host(Scene *scene, Sensor *sensor) : m_scene(scene), m_sensor(sensor), m_tables(scene, sensor) {
+    Host(Scene *scene, Sensor *sensor)
+        : m_scene(scene), m_sensor(sensor), m_shared_tables(std::make_shared<Tables>(scene, sensor)),
+          m_tables(*m_shared_tables), m_band(sensor, .5f), m_media(m_tables.media()) {
         for (auto &warning : m_tables.warnings())
             m_warnings.push_back(warning.c_str());
     }
 
+    // The same at the wavelengths that a number in [0,1) chooses.
+    Host(const Host &other, float number)
+        : m_scene(other.m_scene), m_sensor(other.m_sensor), m_shared_tables(other.m_shared_tables),
+          m_tables(*m_shared_tables), m_band(m_sensor, number), m_media(m_tables.media(m_band.wavelengths(1))),
+          m_warnings(other.m_warnings) {}
+
     VptHost table() {
-        return { VPT_ABI_VERSION, this,           &c_describe,    &c_view_rays,  &c_view_step,
+        return { VPT_ABI_VERSION, this,           &c_describe,    &c_tune,        &c_tuned_free, &c_view_rays,  &c_view_step,
                  &c_view_free,    &c_emit,        &c_photon_alive, &c_photon_step, &c_photon_free,
                  &c_extinction,   &c_scattering,  &c_eval_phase,  &c_store_points, &c_eval_bsdf,
                  &c_lamp_light,   &c_splat,        &c_last_error };
@@ -48,8 +58,11 @@ public:
         out.film_channels = block->channel_count();
         out.film_pixels = block->width() * block->height();
         out.film_width = block->width();
-        out.media = m_tables.media().data();
-        out.media_count = (uint32_t) m_tables.media().size();
+        out.spectral = Channels::Spectral;
+        for (size_t channel = 0; channel < 3; ++channel)
+            std::copy_n(m_band.colours(channel), 3, out.channel_colours[channel]);
+        out.media = m_media.data();
+        out.media_count = (uint32_t) m_media.size();
         auto bounds = m_scene->bbox();
         for (size_t i = 0; i < 3; ++i) {
             out.bounds_min[i] = bounds.min[i];
@@ -85,7 +98,7 @@ public:
             MediumInteraction3f mei = interaction(n, e, medium, position, photon_direction);
             Vector3f wo = -read3<Vector3f>(view_direction, n, e);
             auto [value, pdf] = mei.medium->phase_function()->eval_pdf(context, mei, wo, true);
-            writer.put3(out, e, unpolarized_spectrum(value));
+            writer.put3(out, e, Channels::channels(unpolarized_spectrum(value)));
         }
         writer.flush();
     }
@@ -101,6 +114,7 @@ public:
             ray.d = read3<Vector3f>(direction, n, e);
             ray.maxt = dr::Largest<Float>;
             ray.time = m_sensor->shutter_open();
+            ray.wavelengths = m_band.wavelengths(n);
             Mask skips = read<UInt32>(skips_emitters, n, e) != 0u;
             m_points.push_back(View::intersect(m_scene, ray, skips, true));
         }
@@ -127,7 +141,7 @@ public:
                 spectrum = bsdf->eval(context, si, wo, active);
             }
             auto value = unpolarized_spectrum(spectrum);
-            writer.put3(out, e, UnpolarizedSpectrum(dr::select(active, value / cosine, 0.f)));
+            writer.put3(out, e, Channels::channels(UnpolarizedSpectrum(dr::select(active, value / cosine, 0.f))));
         }
         writer.flush();
     }
@@ -135,14 +149,14 @@ public:
     void lamp_light(uint32_t n, const uint32_t *medium, const float *position, const float *normal, const float *numbers,
                     float *direction, float *irradiance) {
         Writer<Float> writer(n);
-        vpt::LampLight<Float, Spectrum> light(m_scene, m_sensor, m_tables);
+        vpt::LampLight<Float, Spectrum> light(m_scene, m_sensor, m_tables, m_band);
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
             Point2f lamp(read<Float>(numbers, n, e), read<Float>(numbers + n, n, e));
             UInt32 seed(read<Float>(numbers + 2 * n, n, e) * 0x1p24f);
             auto sample = light.sample(read3<Point3f>(position, n, e), read3<Normal3f>(normal, n, e),
                                        m_tables.medium(read<UInt32>(medium, n, e), true), lamp, seed);
             writer.put3(direction, e, sample.direction);
-            writer.put3(irradiance, e, sample.irradiance);
+            writer.put3(irradiance, e, Channels::channels(sample.irradiance));
         }
         writer.flush();
     }
@@ -185,7 +199,7 @@ private:
         Writer<Float> writer(n);
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
             MediumInteraction3f mei = interaction(n, e, medium, position, direction);
-            writer.put3(out, e, std::get<Which>(mei.medium->get_scattering_coefficients(mei, true)));
+            writer.put3(out, e, Channels::channels(std::get<Which>(mei.medium->get_scattering_coefficients(mei, true))));
         }
         writer.flush();
     }
@@ -195,6 +209,7 @@ private:
         MediumInteraction3f mei = dr::zeros<MediumInteraction3f>(n);
         mei.p = read3<Point3f>(position, n, e);
         mei.wi = -read3<Vector3f>(direction, n, e);
+        mei.wavelengths = m_band.wavelengths(n);
         mei.sh_frame = Frame3f(mei.wi);
         mei.t = 0.f;
         mei.medium = m_tables.medium(read<UInt32>(medium, n, e), true);
@@ -250,9 +265,15 @@ private:
     static int32_t c_describe(void *c, VptDescription *out) {
         return guarded([&] { *out = self(c)->describe(); });
     }
+    static int32_t c_tune(void *c, float number, void **tuned) {
+        return guarded([&] { *tuned = new Host(*self(c), number); });
+    }
+    static void c_tuned_free(void *, void *tuned) {
+        guarded([&] { delete self(tuned); });
+    }
     static int32_t c_view_rays(void *c, const VptViewRequest *request, void **walk, uint32_t *alive) {
         return guarded([&] {
-            auto *view = new View(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, *request);
+            auto *view = new View(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, self(c)->m_band, *request);
             *walk = view;
             *alive = view->lanes();
         });
@@ -270,7 +291,7 @@ private:
     static int32_t c_emit(void *c, uint32_t lanes, const float *numbers, const VptRules *rules, void **walk,
                           uint32_t *alive) {
         return guarded([&] {
-            auto *photons = new Photons(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, lanes, numbers, *rules);
+            auto *photons = new Photons(self(c)->m_scene, self(c)->m_sensor, self(c)->m_tables, self(c)->m_band, lanes, numbers, *rules);
             *walk = photons;
             *alive = photons->lanes();
         });
@@ -320,7 +341,10 @@ private:
 
     Scene *m_scene;
     Sensor *m_sensor;
-    SceneTables<Float, Spectrum> m_tables;
+    std::shared_ptr<const Tables> m_shared_tables;
+    const Tables &m_tables;
+    Channels m_band;
+    std::vector<VptMedium> m_media;
     std::vector<const char *> m_warnings;
     std::vector<SurfaceInteraction3f> m_points;
     bool m_glossy_chains = false;

@@ -9,14 +9,15 @@ template <typename Float, typename Spectrum> class LampLight {
 public:
     MI_IMPORT_TYPES(Scene, Sensor, MediumPtr, BSDFPtr, EmitterPtr, ShapePtr)
     using Tables = SceneTables<Float, Spectrum>;
+    using Channels = Band<Float, Spectrum>;
 
     struct Sample {
         Vector3f direction;
         UnpolarizedSpectrum irradiance;
     };
 
-    LampLight(const Scene *scene, const Sensor *sensor, const Tables &tables)
-        : m_scene(scene), m_sensor(sensor), m_tables(tables) {}
+    LampLight(const Scene *scene, const Sensor *sensor, const Tables &tables, const Channels &band)
+        : m_scene(scene), m_sensor(sensor), m_tables(tables), m_band(band) {}
 
     // `normal` is 0 within a medium; `medium` is crossed first.
     Sample sample(const Point3f &position, const Normal3f &normal, const MediumPtr &medium, const Point2f &lamp,
@@ -25,6 +26,7 @@ public:
         place.p = position;
         place.n = normal;
         place.time = m_sensor->shutter_open();
+        place.wavelengths = m_band.wavelengths(dr::width(position));
         auto [emitter, inverse_probability, again] = m_tables.lamps().choose(lamp.x(), true);
         auto [ds, value] = emitter->sample_direction(place, Point2f(again, lamp.y()), true);
         value *= inverse_probability;
@@ -114,6 +116,7 @@ private:
     const Scene *m_scene;
     const Sensor *m_sensor;
     const Tables &m_tables;
+    const Channels &m_band;
 };
 
 }

@@ -89,13 +89,12 @@ private:
     std::vector<std::pair<uint32_t *, UInt32>> m_uints;
 };
 
-// The component of an RGB triple that a walk's hero channel names.
-template <typename Spectrum, typename UInt32>
-auto component(const Spectrum &value, const UInt32 &channel) {
-    auto result = value[0];
-    dr::masked(result, channel == 1u) = value[1];
-    dr::masked(result, channel == 2u) = value[2];
-    return result;
+// Any width-1 Dr.Jit value, or a scalar, as a plain number.
+template <typename Value> dr::scalar_t<Value> plain(const Value &value) {
+    if constexpr (dr::is_jit_v<Value>)
+        return value.entry(0);
+    else
+        return value;
 }
 
 }

@@ -13,11 +13,12 @@ public:
     MI_IMPORT_TYPES(Scene, Sensor, Medium, MediumPtr, EmitterPtr, BSDF, BSDFPtr, PhaseFunctionContext,
                     ShapePtr)
     using Tables = SceneTables<Float, Spectrum>;
+    using Channels = Band<Float, Spectrum>;
     static constexpr bool Jit = dr::is_jit_v<Float>;
 
     // `flux` carries spectral multiple importance sampling over the hero channel: it is divided by the
     // mean of `density`, the density of this walk had another channel been the hero, relative to this
-    // one's; both are rescaled so that the mean stays 1.
+    // one's; both are rescaled so that the mean stays 1. Where channels are wavelengths, the hero's lane is the first.
     struct Walk {
         Ray3f ray;
         MediumPtr medium;
@@ -35,9 +36,9 @@ public:
         Float roulette;
     };
 
-    PhotonWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, uint32_t lanes,
+    PhotonWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const Channels &band, uint32_t lanes,
                const float *numbers, const VptRules &rules)
-        : m_scene(scene), m_tables(tables), m_rules(rules), m_walks(element_count<Float>(lanes)) {
+        : m_scene(scene), m_tables(tables), m_band(band), m_rules(rules), m_walks(element_count<Float>(lanes)) {
         size_t kept = 0;
         for (size_t e = 0; e < m_walks.size(); ++e) {
             emit(sensor, numbers, lanes, m_walks[e], e);
@@ -143,10 +144,15 @@ private:
         auto [ray, weight] = emitter->sample_ray(time, again, Point2f(number(1), number(2)),
                                                  Point2f(number(3), number(4)), true);
         walk.ray = ray;
-        walk.flux = unpolarized_spectrum(weight) * inverse_probability;
+        walk.channel = dr::minimum(UInt32(number(6) * 3.f), 2u);
+        if constexpr (Channels::Spectral) {
+            walk.ray.wavelengths = m_band.wavelengths_of(walk.channel);
+            walk.flux = m_tables.emission().flux(emitter, walk.ray, Point2f(number(1), number(2))) * inverse_probability;
+        } else {
+            walk.flux = unpolarized_spectrum(weight) * inverse_probability;
+        }
         walk.density = UnpolarizedSpectrum(1.f);
         walk.emitted = dr::max(walk.flux);
-        walk.channel = dr::minimum(UInt32(number(6) * 3.f), 2u);
         walk.depth = dr::zeros<UInt32>(n);
         walk.seed = UInt32(number(7) * 0x1p24f);
         // Opaque, so that Dr.Jit does not compile a kernel for each number of steps.
@@ -206,7 +212,7 @@ private:
         if (out.segment_reach) // rounding must not put a collision behind the surface
             writer.put(out.segment_reach, e, dr::select(collided, dr::maximum(si.t, length), length));
         writer.put3(out.geometric_normal, e, Vector3f(si.n));
-        writer.put3(out.flux, e, flux);
+        writer.put3(out.flux, e, Channels::channels(flux, w.channel));
 
         Mask scattered = false, alive = false;
         // Where photons scatter once, those alone go on that nothing scatters.
@@ -228,9 +234,9 @@ private:
         if (out.segment_origin)
             writer.put3(out.segment_origin, e, w.ray.o);
         if (out.segment_flux)
-            writer.put3(out.segment_flux, e, w.flux);
+            writer.put3(out.segment_flux, e, Channels::channels(w.flux, w.channel));
         if (out.segment_density)
-            writer.put3(out.segment_density, e, w.density);
+            writer.put3(out.segment_density, e, Channels::channels(w.density, w.channel));
     }
 
     // The numbers of a free flight: the step's own, shifted by hashes of the walk's seed. Over the seed
@@ -294,8 +300,8 @@ private:
                         const FlightNumbers &numbers) {
         f.mei = medium->sample_interaction(f.ray, f.sample, channel, f.active);
         Mask inside = f.active && f.mei.is_valid() && f.mei.t < f.remaining;
-        Float majorant = component(f.mei.combined_extinction, channel),
-              sigma_t = component(f.mei.sigma_t, channel);
+        Float majorant = Channels::of_hero(f.mei.combined_extinction, channel),
+              sigma_t = Channels::of_hero(f.mei.sigma_t, channel);
         // Where nothing but matter is met, whatever the number.
         Mask real = inside && sigma_t > 0.f && sigma_t >= majorant, null = inside && !real;
         if (dr::any_or<true>(null))
@@ -326,13 +332,13 @@ private:
         UnpolarizedSpectrum ratio = dr::select(excess == 0.f, 1.f, dr::exp(-t * excess)) ;
 
         UnpolarizedSpectrum sigma_n = dr::maximum(f.mei.combined_extinction - f.mei.sigma_t, 0.f);
-        UnpolarizedSpectrum by_null = sigma_n * dr::rcp(component(sigma_n, channel));
+        UnpolarizedSpectrum by_null = sigma_n * dr::rcp(Channels::of_hero(sigma_n, channel));
         UnpolarizedSpectrum value = ratio * dr::select(real, f.mei.sigma_s * dr::rcp(sigma_t), 1.f),
                             density = ratio * dr::select(real, f.mei.sigma_t * dr::rcp(sigma_t), 1.f);
         dr::masked(value, null) *= by_null;
         dr::masked(density, null) *= by_null;
         density *= f.density;
-        Float mean = dr::mean(density);
+        Float mean = Channels::mean(density);
         dr::masked(f.flux, f.active) = f.flux * value * dr::rcp(mean);
         dr::masked(f.density, f.active) = density * dr::rcp(mean);
     }
@@ -414,6 +420,7 @@ private:
 
     const Scene *m_scene;
     const Tables &m_tables;
+    const Channels &m_band;
     VptRules m_rules;
     uint32_t m_lanes = 0;
     std::vector<Walk> m_walks;

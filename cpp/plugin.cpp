@@ -28,9 +28,29 @@ static ref<Object> refuse_version(void *, const Properties &) {
           "mitsuba==" MI_VERSION ", or build vpt against the version that you have", util::info_build(1));
 }
 
+// Best first for a machine without a GPU.
+static const std::vector<Variant> &variants() {
+    static const std::vector<Variant> all = { scalar_rgb(),  scalar_spectral(), llvm_ad_rgb(),  llvm_ad_mono(),
+                                              llvm_ad_spectral(), cuda_ad_rgb(), cuda_ad_mono(), cuda_ad_spectral() };
+    return all;
+}
+
+static std::string names() {
+    std::string out;
+    for (const Variant &variant : variants())
+        out += (out.empty() ? "" : ", ") + std::string(variant.name);
+    return out;
+}
+
+Variant variant(std::string_view name) {
+    for (const Variant &variant : variants())
+        if (name == variant.name)
+            return variant;
+    Throw("vpt works in the variants %s, not in %s: polarized light is not followed", names(), name);
+}
+
 static ref<Object> refuse_variant(void *, const Properties &) {
-    Throw("vpt works in the variants scalar_rgb, llvm_ad_rgb and cuda_ad_rgb; spectral, mono and "
-          "polarized variants are not supported");
+    Throw("vpt works in the variants %s; polarized light is not followed: choose one without \"polarized\"", names());
 }
 
 // A refusal is a constructor that throws, so that no exception leaves the plugin's entry point.
@@ -40,9 +60,8 @@ void register_all(std::string_view name, PluginRegisterFn callback) {
         callback(name, variant, ObjectType::Integrator, fits ? refuse_variant : refuse_version);
     if (!fits)
         return;
-    register_scalar_rgb(name, callback);
-    register_llvm_ad_rgb(name, callback);
-    register_cuda_ad_rgb(name, callback);
+    for (const Variant &variant : variants())
+        callback(name, variant.name, variant.type, variant.instantiate);
 }
 
 }

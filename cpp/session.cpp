@@ -2,7 +2,7 @@
 // integrator put into it, render a sensor, write the picture. C functions for src/host/session.rs.
 
 #include "bare_walk.h"
-#include "integrator.h"
+#include "observer.h"
 #include "register.h"
 
 #include <drjit-core/jit.h>
@@ -322,25 +322,6 @@ void copy_text(const std::string &text, char *out, size_t size) {
     std::memcpy(out, text.c_str(), text.size() + 1);
 }
 
-// Gives the engine's callbacks for a scene, to be used until the returned owner is released.
-template <typename Float, typename Spectrum>
-std::shared_ptr<void> lend(Object *root, uint32_t sensor, VptHost *out) {
-    auto *scene = as_scene<Float, Spectrum>(root);
-    auto *lent_sensor = scene->sensors()[sensor].get();
-    lent_sensor->film()->prepare({});
-    auto host = std::make_shared<vpt::Host<Float, Spectrum>>(scene, lent_sensor);
-    *out = host->table();
-    return host;
-}
-
-template <typename Float, typename Spectrum>
-void parameters(Object *root, uint32_t sensor, VptParameters *out) {
-    auto *scene = as_scene<Float, Spectrum>(root);
-    auto *integrator = static_cast<VptIntegrator<Float, Spectrum> *>(scene->integrator());
-    *out = integrator->bound_parameters();
-    out->passes = scene->sensors()[sensor]->sampler()->sample_count();
-}
-
 template <typename Float, typename Spectrum>
 void create_integrator(const Properties &props, ref<Object> &out) {
     auto integrator = PluginManager::instance()->create_object<Integrator<Float, Spectrum>>(props);
@@ -473,7 +454,7 @@ int32_t vpt_scene_read_rgb(void *scene_, uint32_t sensor, float *out, char *erro
 int32_t vpt_scene_lend(void *scene_, uint32_t sensor, VptHost *out, void **owner, char *error, size_t size) {
     return guarded(error, size, [&] {
         auto *scene = static_cast<LoadedScene *>(scene_);
-        auto lent = MI_INVOKE_VARIANT(scene->variant, lend, scene->root.get(), sensor, out);
+        auto lent = vpt::variant(scene->variant).lend(scene->root.get(), sensor, out);
         *owner = new Lent{ {}, lent };
     });
 }
@@ -482,7 +463,7 @@ int32_t vpt_scene_lend(void *scene_, uint32_t sensor, VptHost *out, void **owner
 int32_t vpt_scene_parameters(void *scene_, uint32_t sensor, VptParameters *out, char *error, size_t size) {
     return guarded(error, size, [&] {
         auto *scene = static_cast<LoadedScene *>(scene_);
-        MI_INVOKE_VARIANT(scene->variant, parameters, scene->root.get(), sensor, out);
+        vpt::variant(scene->variant).parameters(scene->root.get(), sensor, out);
     });
 }
 

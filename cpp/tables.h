@@ -2,60 +2,28 @@
 // Lambertian reflectors; and in which medium each emitter's light starts.
 #pragma once
 
+#include "band.h"
+#include "emission.h"
 #include "lamps.h"
 #include "vpt.h"
 
+#include <optional>
 #include <string>
 #include <unordered_set>
 
 namespace vpt {
-
-// Values that a plugin offers under a name (Object::traverse).
-struct NamedParts : TraversalCallback {
-    std::vector<std::pair<std::string, Object *>> objects;
-    std::vector<std::pair<std::string, std::pair<void *, const std::type_info *>>> values;
-
-    explicit NamedParts(Object *object) { object->traverse(this); }
-
-    Object *object(const std::string &name) const {
-        for (auto &part : objects)
-            if (part.first == name)
-                return part.second;
-        return nullptr;
-    }
-
-    template <typename T> const T *value(const std::string &name) const {
-        for (auto &part : values)
-            if (part.first == name && *part.second.second == typeid(T))
-                return static_cast<const T *>(part.second.first);
-        return nullptr;
-    }
-
-protected:
-    void put_value(std::string_view name, void *value, uint32_t, const std::type_info &type) override {
-        values.push_back({ std::string(name), { value, &type } });
-    }
-    void put_object(std::string_view name, Object *object, uint32_t) override {
-        objects.push_back({ std::string(name), object });
-    }
-};
-
-// Any width-1 Dr.Jit value, or a scalar, as a plain number.
-template <typename Value> dr::scalar_t<Value> plain(const Value &value) {
-    if constexpr (dr::is_jit_v<Value>)
-        return value.entry(0);
-    else
-        return value;
-}
 
 template <typename Float, typename Spectrum> class SceneTables {
 public:
     MI_IMPORT_TYPES(Scene, Sensor, Shape, ShapePtr, BSDF, BSDFPtr, Medium, MediumPtr, Emitter,
                     EmitterPtr, PhaseFunction, Volume)
     static constexpr bool Jit = dr::is_jit_v<Float>;
+    using Channels = Band<Float, Spectrum>;
 
     SceneTables(Scene *scene, Sensor *sensor)
         : m_scene(scene), m_sensor(sensor), m_lamps(scene), m_shapes(shapes_of(scene)) {
+        if constexpr (Channels::Spectral)
+            m_emission.emplace(scene, m_lamps.all());
         visit(scene);
         collect_media();
         collect_bsdfs();
@@ -64,12 +32,26 @@ public:
         m_sensor_name = keep_name(*sensor);
     }
 
+    // Where channels are wavelengths, constants are the largest of all light's.
     const std::vector<VptMedium> &media() const { return m_descriptions; }
+
+    // The same with the constants of these wavelengths.
+    std::vector<VptMedium> media(const Wavelength &wavelengths) const {
+        std::vector<VptMedium> out = m_descriptions;
+        for (size_t i = 0; i < out.size(); ++i)
+            if (!out[i].varying)
+                put_constants(m_media[i], wavelengths, out[i]);
+        return out;
+    }
+
     const std::vector<VptSurface> &surfaces() const { return m_surfaces; }
     const std::vector<VptEmitter> &emitters() const { return m_emitters; }
     const Lamps<Float, Spectrum> &lamps() const { return m_lamps; }
     const char *sensor_name() const { return m_sensor_name; }
     const std::vector<std::string> &warnings() const { return m_warnings; }
+
+    // What lamps emit at given wavelengths, in spectral variants.
+    const Emission<Float, Spectrum> &emission() const { return *m_emission; }
 
     // Does any medium scatter by a microflake distribution?
     bool has_microflakes() const { return m_has_microflakes; }
@@ -199,22 +181,54 @@ private:
         out.grey = is_grey(medium);
         Volume *albedo = volume(medium, "albedo");
         out.varying_scattering = (out.varying || !is_constant(albedo)) && !is_black(albedo);
-        if (!out.varying) {
-            MediumInteraction3f mei = somewhere();
-            auto sigma_t = medium->get_majorant(mei, true);
-            auto sigma_s = std::get<0>(medium->get_scattering_coefficients(mei, true));
-            for (size_t i = 0; i < 3; ++i) {
-                out.sigma_t[i] = plain(Float(sigma_t[i]));
-                out.sigma_s[i] = plain(Float(sigma_s[i]));
-            }
+        if (out.varying)
+            return out;
+        if constexpr (Channels::Spectral) {
+            auto [most_t, most_s] = std::pair(range([&](const auto &mei) { return medium->get_majorant(mei, true); }).second,
+                                              range([&](const auto &mei) { return sigma_s(medium, mei); }).second);
+            for (size_t i = 0; i < 3; ++i)
+                std::tie(out.sigma_t[i], out.sigma_s[i]) = std::pair(most_t, most_s);
+        } else {
+            put_constants(medium, Channels::all_light()[0], out);
         }
         return out;
     }
 
-    static MediumInteraction3f somewhere() {
+    static void put_constants(const Medium *medium, const Wavelength &wavelengths, VptMedium &out) {
+        MediumInteraction3f mei = somewhere(wavelengths);
+        auto extinction = Channels::channels(medium->get_majorant(mei, true)),
+             scattering = Channels::channels(sigma_s(medium, mei));
+        for (size_t i = 0; i < 3; ++i) {
+            out.sigma_t[i] = plain(Float(extinction[i]));
+            out.sigma_s[i] = plain(Float(scattering[i]));
+        }
+    }
+
+    static UnpolarizedSpectrum sigma_s(const Medium *medium, const MediumInteraction3f &mei) {
+        return std::get<0>(medium->get_scattering_coefficients(mei, true));
+    }
+
+    static MediumInteraction3f somewhere(const Wavelength &wavelengths) {
         MediumInteraction3f mei = dr::zeros<MediumInteraction3f>();
         mei.wi = Vector3f(0.f, 0.f, 1.f);
+        mei.wavelengths = wavelengths;
         return mei;
+    }
+
+    // The least and the largest value of all light.
+    template <typename Value> static std::pair<float, float> range(Value &&value_at) {
+        float least = dr::Infinity<float>, most = -dr::Infinity<float>;
+        for (const Wavelength &wavelengths : Channels::all_light()) {
+            UnpolarizedSpectrum value = value_at(somewhere(wavelengths));
+            Float low = dr::min(value), high = dr::max(value);
+            if constexpr (Jit) {
+                low = dr::min(low);
+                high = dr::max(high);
+            }
+            least = std::min(least, plain(low));
+            most = std::max(most, plain(high));
+        }
+        return { least, most };
     }
 
     static Volume *volume(Medium *medium, const char *name) {
@@ -225,7 +239,7 @@ private:
     static bool is_constant(Volume *volume) { return volume && volume->class_name() == "ConstVolume"; }
 
     static bool is_black(Volume *volume) {
-        return is_constant(volume) && plain(Mask(dr::all(volume->eval(somewhere(), true) == 0.f)));
+        return is_constant(volume) && range_of(volume) == std::pair(0.f, 0.f);
     }
 
     // A volume of one channel is grey, and so is a constant one that looks it. Of other media Mitsuba
@@ -236,8 +250,12 @@ private:
             return true;
         if (!is_constant(sigma_t))
             return !medium->has_spectral_extinction();
-        auto value = sigma_t->eval(somewhere(), true);
-        return plain(Mask(dr::min(value) == dr::max(value)));
+        auto [least, most] = range_of(sigma_t);
+        return least == most;
+    }
+
+    static std::pair<float, float> range_of(const Volume *volume) {
+        return range([volume](const auto &mei) { return volume->eval(mei, true); });
     }
 
     static void describe_phase(PhaseFunction *phase, VptMedium &out) {
@@ -366,8 +384,7 @@ private:
 
     // Whether a homogeneous medium takes anything away; one without extinction is as good as none.
     static bool extinguishes(const Medium *medium) {
-        auto sigma_t = medium->get_majorant(somewhere(), true);
-        return plain(Mask(dr::max(sigma_t) > 0.f));
+        return range([medium](const auto &mei) { return medium->get_majorant(mei, true); }).second > 0.f;
     }
 
     // What the scene says of the emitter's surroundings or, where it says nothing, what a straight way
@@ -442,6 +459,7 @@ private:
     std::vector<VptSurface> m_surfaces;
     std::vector<VptEmitter> m_emitters;
     const char *m_sensor_name;
+    std::optional<Emission<Float, Spectrum>> m_emission;
     std::vector<const BSDF *> m_lambertian;
     std::vector<const Medium *> m_emitter_media;
     std::vector<bool> m_emitter_shines;

@@ -13,6 +13,7 @@ public:
     MI_IMPORT_TYPES(Scene, Sensor, Film, Medium, MediumPtr, Emitter, EmitterPtr, BSDF, BSDFPtr, Shape,
                     ShapePtr)
     using Tables = SceneTables<Float, Spectrum>;
+    using Channels = Band<Float, Spectrum>;
 
     struct Ray {
         Ray3f ray;
@@ -23,13 +24,14 @@ public:
         DRJIT_STRUCT(Ray, ray, medium, depth, index, active)
     };
 
-    ViewWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const VptViewRequest &request)
-        : m_scene(scene), m_tables(tables), m_rules(request.rules), m_lanes(request.lanes),
+    ViewWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const Channels &band,
+             const VptViewRequest &request)
+        : m_scene(scene), m_tables(tables), m_band(band), m_rules(request.rules), m_lanes(request.lanes),
           m_rays(element_count<Float>(request.lanes)) {
         size_t n = m_lanes, kept = 0;
         Writer<Float> out(n);
         for (size_t e = 0; e < m_rays.size(); ++e) {
-            out.put3(request.importance, e, start(sensor, request, m_rays[e], e));
+            out.put3(request.importance, e, Channels::channels(start(sensor, request, m_rays[e], e)));
             keep<Float>(m_rays, e, kept);
         }
         out.schedule();
@@ -133,10 +135,11 @@ private:
         Point2f aperture(read<Float>(request.numbers, n, e), read<Float>(request.numbers + n, n, e));
         Float time = sensor->shutter_open() +
                      read<Float>(request.numbers + 2 * n, n, e) * sensor->shutter_open_time();
-        Float wavelength = read<Float>(request.numbers + 3 * n, n, e);
+        Float wavelength = Channels::Spectral ? m_band.number() : read<Float>(request.numbers + 3 * n, n, e);
         auto [differential, weight] = sensor->sample_ray_differential(
             time, wavelength, dr::fmadd(position, scale, offset), aperture);
         ray.ray = Ray3f(differential);
+        ray.ray.wavelengths = m_band.wavelengths(n);
         ray.medium = sensor->medium();
         ray.depth = dr::zeros<UInt32>(n);
         if constexpr (dr::is_jit_v<Float>)
@@ -144,7 +147,7 @@ private:
         else
             ray.index = (uint32_t) e;
         ray.active = m_rules.max_depth > 0;
-        return unpolarized_spectrum(weight);
+        return m_band.importance(unpolarized_spectrum(weight));
     }
 
     bool simulates(uint32_t effect) const { return (m_rules.effects & effect) != 0; }
@@ -194,9 +197,9 @@ private:
         writer.put3(out.position, e, si.p);
         writer.put3(out.normal, e, Vector3f(si.sh_frame.n * side));
         writer.put3(out.geometric_normal, e, Vector3f(si.n));
-        writer.put3(out.reflectance, e, surface.reflectance);
-        writer.put3(out.emission, e, unpolarized_spectrum(emission));
-        writer.put3(out.weight, e, weight);
+        writer.put3(out.reflectance, e, Channels::channels(surface.reflectance));
+        writer.put3(out.emission, e, Channels::channels(unpolarized_spectrum(emission)));
+        writer.put3(out.weight, e, Channels::channels(weight));
     }
 
     // What is seen of a surface besides its delta lobes.
@@ -257,6 +260,7 @@ private:
 
     const Scene *m_scene;
     const Tables &m_tables;
+    const Channels &m_band;
     VptRules m_rules;
     uint32_t m_lanes;
     std::vector<Ray> m_rays;

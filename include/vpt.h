@@ -12,7 +12,7 @@ typedef struct VptStats VptStats;
 typedef struct VptFilm VptFilm;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 7
+#define VPT_ABI_VERSION 8
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -197,6 +197,11 @@ typedef struct VptDescription {
   uint32_t film_channels;
   uint32_t film_pixels;
   uint32_t film_width;
+  // Nonzero where the three channels are wavelengths, which `tune` chooses; then constants of media before it are the largest
+  // of all light's.
+  uint32_t spectral;
+  // Where `spectral`, the red, green and blue on the film of a unit of each channel.
+  float channel_colours[3][3];
   const struct VptMedium *media;
   uint32_t media_count;
   float bounds_min[3];
@@ -284,6 +289,10 @@ typedef struct VptHost {
   uint32_t abi_version;
   void *context;
   int32_t (*describe)(void *context, struct VptDescription *out);
+  // Where the description is `spectral`: gives the context of the same scene at the wavelengths that a number in [0,1)
+  // chooses. All callbacks take it in place of their own, several such contexts side by side.
+  int32_t (*tune)(void *context, float number, void **tuned);
+  void (*tuned_free)(void *context, void *tuned);
   int32_t (*view_rays)(void *context,
                        const struct VptViewRequest *request,
                        void **walk,

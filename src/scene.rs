@@ -14,6 +14,8 @@
 //! - A photon's `flux` is in watts per emitted walk: emission over the density of its sampling,
 //!   times every scattering weight so far. Dividing a sum of fluxes by the number of *emitted* walks
 //!   estimates power.
+//! - The three channels of a value are red, green and blue, or three wavelengths ([`Scene::tuned`]); then quantities of light
+//!   are per nanometre.
 //! - Depth counts scattering events other than null (index-matched) crossings, as Mitsuba's
 //!   `volpath` does: a path with `k` of them is kept while `k < max_depth`.
 
@@ -174,6 +176,9 @@ pub struct SceneDescription {
     pub film_channels: u32,
     pub film_pixels: u32,
     pub film_width: u32,
+    /// What a unit of each of the three channels is on the film in red, green and blue, where channels are wavelengths;
+    /// None where they are the film's own.
+    pub channel_colours: Option<[Rgb; 3]>,
     pub media: Vec<Medium>,
     /// Bounds of everything that a ray can hit.
     pub bounds: Aabb,
@@ -695,9 +700,16 @@ pub struct FilmSamples {
 
 /// A scene as the engine sees it.
 pub trait Scene: Sync {
+    /// Before a scene whose channels are wavelengths is tuned, constants of its media are the largest of all light's.
     fn description(&self) -> &SceneDescription;
 
     fn batching(&self) -> Batching;
+
+    /// The same scene at the three wavelengths that a number in [0,1) chooses, which all that meets must share; None where
+    /// the channels are colours. [Shared wavelengths]
+    fn tuned(&self, _number: f32) -> SceneResult<Option<Box<dyn Scene + '_>>> {
+        Ok(None)
+    }
 
     /// Starts one view ray per lane and writes the weight that its radiance has on the film.
     fn view_rays<'a>(

@@ -20,6 +20,8 @@
 //! that fails leaves expected, actual and difference in
 //! `target/agreement/<scene>/<method>/<variant>`.
 //!
+//! Spectral and mono variants have references of their own, of some scenes (`references/spectral`, `references/mono`).
+//!
 //! `VPT_AGREEMENT_ONLY=scene,scene` and `VPT_AGREEMENT_METHODS=method,method` narrow the long table
 //! down, `VPT_AGREEMENT_VARIANT` renders it in another variant.
 
@@ -104,10 +106,24 @@ fn every_method_is_in_the_table() {
 
 #[test]
 fn fast_scenes_agree_in_llvm_ad_rgb() {
+    fast_scenes_in_llvm("llvm_ad_rgb", &FAST_LLVM);
+}
+
+#[test]
+fn fast_scenes_agree_in_llvm_ad_mono() {
+    fast_scenes_in_llvm("llvm_ad_mono", &FAST_MONO);
+}
+
+#[test]
+fn fast_scenes_agree_in_llvm_ad_spectral() {
+    fast_scenes_in_llvm("llvm_ad_spectral", &FAST_LLVM_SPECTRAL);
+}
+
+fn fast_scenes_in_llvm(variant: &str, scenes: &[&str]) {
     match find_llvm() {
         Ok(llvm) => long_table_in_another_process(&[
-            ("VPT_AGREEMENT_VARIANT", OsStr::new("llvm_ad_rgb")),
-            ("VPT_AGREEMENT_ONLY", OsStr::new(&FAST_LLVM.join(","))),
+            ("VPT_AGREEMENT_VARIANT", OsStr::new(variant)),
+            ("VPT_AGREEMENT_ONLY", OsStr::new(&scenes.join(","))),
             ("VPT_AGREEMENT_METHODS", OsStr::new(&FAST_METHODS_LLVM.join(","))),
             ("DRJIT_LIBLLVM_PATH", llvm.as_os_str()),
         ]),
@@ -116,7 +132,7 @@ fn fast_scenes_agree_in_llvm_ad_rgb() {
                 env::var_os("VPT_REQUIRE_LLVM").is_none_or(|v| v != "1"),
                 "VPT_REQUIRE_LLVM=1, but {reason}"
             );
-            println!("skipped fast_scenes_agree_in_llvm_ad_rgb: {reason}");
+            println!("skipped {variant}: {reason}");
         }
     }
 }
@@ -131,7 +147,7 @@ fn every_scene_agrees() {
     }
     let all = |names: Vec<&'static str>| names.join(",");
     let only = env::var("VPT_AGREEMENT_ONLY")
-        .unwrap_or_else(|_| all(TABLE.iter().map(|case| case.scene).collect()));
+        .unwrap_or_else(|_| Vec::from_iter(reference_scenes(&variant)).join(","));
     let chosen = env::var("VPT_AGREEMENT_METHODS")
         .unwrap_or_else(|_| all(METHODS.iter().map(|method| method.name).collect()));
     let split = |names: &'static str| -> Vec<&'static str> { names.split(',').collect() };
@@ -151,7 +167,40 @@ fn every_scene_agrees() {
 fn scenes_references_and_cases_are_the_same_set() {
     let table: BTreeSet<String> = TABLE.iter().map(|case| case.scene.to_string()).collect();
     assert_eq!(table, file_stems("scenes", "xml"));
-    assert_eq!(table, file_stems("references", "exr"));
+    assert_eq!(table, reference_scenes("scalar_rgb"));
+    for variant in ["scalar_spectral", "llvm_ad_mono"] {
+        assert!(reference_scenes(variant).is_subset(&table));
+    }
+}
+
+/// Coloured fog under a panel, textures under a point and a spot; what other lamps emit at given wavelengths, `tests/spectral.rs`
+/// has fast.
+const FAST_LLVM_SPECTRAL: [&str; 1] = ["extinction_box"];
+const FAST_MONO: [&str; 1] = ["extinction_box"];
+const FAST_SPECTRAL: [&str; 2] = ["extinction_box", "textures_point_spot"];
+const FAST_METHODS_SPECTRAL: [&str; 2] = ["ppt", "ppt_fast"];
+
+#[test]
+fn fast_scenes_agree_in_scalar_spectral() {
+    long_table_in_another_process(&[
+        ("VPT_AGREEMENT_VARIANT", OsStr::new("scalar_spectral")),
+        ("VPT_AGREEMENT_ONLY", OsStr::new(&FAST_SPECTRAL.join(","))),
+        ("VPT_AGREEMENT_METHODS", OsStr::new(&FAST_METHODS_SPECTRAL.join(","))),
+    ]);
+}
+
+/// The scenes that a variant is judged by.
+fn reference_scenes(variant: &str) -> BTreeSet<String> {
+    file_stems(reference_folder(variant), "exr")
+}
+
+/// What Mitsuba's own path tracers rendered in variants of the same kind.
+fn reference_folder(variant: &str) -> &'static str {
+    match variant {
+        _ if variant.ends_with("spectral") => "references/spectral",
+        _ if variant.ends_with("mono") => "references/mono",
+        _ => "references",
+    }
 }
 
 /// `every_scene_agrees` with these variables: Mitsuba has one variant per process, and takes its

@@ -84,18 +84,21 @@ fn bits_of(picture: &Path) -> Vec<(String, Vec<u32>)> {
 fn the_same_seed_gives_the_same_bits_with_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path(), [0.9; 8]);
-    let bits = |threads: &str, seed: &str| {
-        render(folder.path(), "picture.exr", &["--threads", threads, "--seed", seed]);
+    let bits = |variant: &str, threads: &str, seed: &str| {
+        let arguments = ["--variant", variant, "--threads", threads, "--seed", seed];
+        render(folder.path(), "picture.exr", &arguments);
         let stats = fs::read(folder.path().join("stats.json")).unwrap();
         let stats: serde_json::Value = serde_json::from_slice(&stats).unwrap();
         assert_eq!(stats["threads"].to_string(), threads);
         bits_of(&folder.path().join("picture.exr"))
     };
-    let one = bits("1", "5");
-    assert!(one == bits("2", "5"), "2 threads differ from 1");
-    assert!(one == bits("8", "5"), "8 threads differ from 1");
-    assert!(one != bits("1", "6"), "the seed changes nothing");
-    assert_eq!(one.len(), 3);
+    for variant in ["scalar_rgb", "scalar_spectral"] {
+        let one = bits(variant, "1", "5");
+        assert!(one == bits(variant, "2", "5"), "{variant}: 2 threads differ from 1");
+        assert!(one == bits(variant, "8", "5"), "{variant}: 8 threads differ from 1");
+        assert!(one != bits(variant, "1", "6"), "{variant}: the seed changes nothing");
+        assert_eq!(one.len(), 3);
+    }
 }
 
 /// One voxel's albedo is not a number: photons that collide there are dropped, counted and reported,

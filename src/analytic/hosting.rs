@@ -20,6 +20,10 @@ impl Scene for World {
         self.batching
     }
 
+    fn tuned(&self, number: f32) -> SceneResult<Option<Box<dyn Scene + '_>>> {
+        Ok(self.at(number).map(|world| -> Box<dyn Scene> { Box::new(world) }))
+    }
+
     fn view_rays<'a>(
         &'a self,
         request: &ViewRayRequest,

@@ -31,7 +31,7 @@ pub use fog::{Fog, Profile};
 pub use ray::CLEARANCE;
 pub use shape::Shape;
 pub use surface::{Material, Surface};
-pub use world::{Contents, Disclosure, World};
+pub use world::{Contents, Disclosure, Spectrum, World};
 
 use crate::scene::PathLimits;
 

@@ -33,6 +33,10 @@ pub struct Contents {
     pub disclosure: Disclosure,
 }
 
+/// What a world is made of at the three wavelengths that a number in [0,1) chooses, and the red, green and blue on the film of
+/// a unit of each.
+pub type Spectrum = fn(f32) -> (Contents, [Rgb; 3]);
+
 /// A visible point that [`Scene::eval_bsdf`] will be asked about.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StoredPoint {
@@ -49,6 +53,7 @@ pub struct World {
     pub(super) description: SceneDescription,
     pub(super) points: RwLock<Vec<StoredPoint>>,
     pub(super) batching: Batching,
+    spectrum: Option<Spectrum>,
 }
 
 impl World {
@@ -60,7 +65,23 @@ impl World {
         let bounding_sphere = enclose(&contents.surfaces, &description.bounds);
         let points = RwLock::default();
         let batching = Batching { lanes: 1024, concurrent: true, launch: 1 };
-        World { contents, emitters, bounding_sphere, description, points, batching }
+        let spectrum = None;
+        World { contents, emitters, bounding_sphere, description, points, batching, spectrum }
+    }
+
+    /// A scene whose channels are wavelengths. `contents` has the largest constants of all light.
+    pub fn spectral(contents: Contents, spectrum: Spectrum) -> Self {
+        let mut world = World { spectrum: Some(spectrum), ..World::new(contents) };
+        world.description.channel_colours = Some([Rgb::ZERO; 3]);
+        world
+    }
+
+    /// The scene at the wavelengths that a number chooses.
+    pub(super) fn at(&self, number: f32) -> Option<World> {
+        let (contents, colours) = self.spectrum?(number);
+        let mut world = World::new(contents).in_batches(self.batching);
+        world.description.channel_colours = Some(colours);
+        Some(world)
     }
 
     /// The same, driven in other batches.
@@ -158,6 +179,7 @@ fn describe(contents: &Contents, emitters: &[Emitter]) -> SceneDescription {
         film_channels: FILM_CHANNELS as u32,
         film_pixels: film_size[0] * film_size[1],
         film_width: film_size[0],
+        channel_colours: None,
         media: media.map(|(index, fog)| disclose(index, fog, contents.disclosure)).collect(),
         bounds,
         surfaces: contents.surfaces.iter().enumerate().map(|(i, s)| s.facts(i)).collect(),

@@ -83,7 +83,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "T", allow_negative_numbers = true,
           value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
     pub threads: Option<usize>,
-    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    /// Mitsuba variant: scalar_rgb, scalar_spectral, or llvm_ad or cuda_ad with _rgb, _mono or _spectral
     #[arg(long, value_name = "V")]
     pub variant: Option<String>,
     /// Index of the scene's sensor, from 0
@@ -130,7 +130,7 @@ pub struct InspectArguments {
     /// Effects to force on; see `vpt render --help`
     #[arg(long, value_name = "LIST")]
     pub effects: Option<String>,
-    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    /// Mitsuba variant: scalar_rgb, scalar_spectral, or llvm_ad or cuda_ad with _rgb, _mono or _spectral
     #[arg(long, value_name = "V")]
     pub variant: Option<String>,
     /// Index of the scene's sensor, from 0
@@ -188,7 +188,7 @@ pub struct CompareArguments {
     /// Value of a parameter of vpt's integrator, for all its methods; may be given more than once
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_pair)]
     pub settings: Vec<(String, String)>,
-    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    /// Mitsuba variant: scalar_rgb, scalar_spectral, or llvm_ad or cuda_ad with _rgb, _mono or _spectral
     #[arg(long, value_name = "V")]
     pub variant: Option<String>,
     /// Index of the scene's sensor, from 0
@@ -247,7 +247,7 @@ pub struct ReproduceArguments {
     /// Write the scenes into the folder, and render nothing
     #[arg(long)]
     pub prepare: bool,
-    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    /// Mitsuba variant: scalar_rgb, scalar_spectral, or llvm_ad or cuda_ad with _rgb, _mono or _spectral
     #[arg(long, value_name = "V")]
     pub variant: Option<String>,
     /// Print Mitsuba's log too; twice for more of it
@@ -273,7 +273,7 @@ pub struct SelftestArguments {
     /// Write every reading to this file (JSON)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Mitsuba variant: scalar_rgb, llvm_ad_rgb or cuda_ad_rgb
+    /// Mitsuba variant: scalar_rgb, scalar_spectral, or llvm_ad or cuda_ad with _rgb, _mono or _spectral
     #[arg(long, value_name = "V")]
     pub variant: Option<String>,
     /// Threads [default: one for each core]

@@ -107,8 +107,8 @@ pub enum JobError {
     #[error("--target-error is {0}, but must be a number above 0 and below 1 (0.01 is 1 %)")]
     TargetError(f64),
     #[error(
-        "the variant \"{0}\" does not suit vpt, which computes in single-precision RGB; use one \
-         of: {known}",
+        "the variant \"{0}\" does not suit vpt, which computes in single precision and follows no polarized light; use \
+         one of: {known}",
         known = VARIANTS.join(", ")
     )]
     UnsuitableVariant(String),
@@ -285,7 +285,7 @@ pub(super) fn check_variant(variant: &str) -> Result<(), JobError> {
     if VARIANTS.contains(&variant) {
         return Ok(());
     }
-    let unsuitable = ["spectral", "mono", "polarized", "double"];
+    let unsuitable = ["polarized", "double"];
     Err(if unsuitable.iter().any(|kind| variant.contains(kind)) {
         JobError::UnsuitableVariant(variant.to_owned())
     } else {
@@ -413,8 +413,11 @@ mod tests {
             (&["--target-error", "0"], &["--target-error is 0", "0.01 is 1 %"]),
             (&["--target-error", "2"], &["--target-error is 2", "below 1"]),
             (&["--set", "target_error=0.1"], &["--set target_error", "--target-error"]),
-            (&["--variant", "scalar_spectral"], &["scalar_spectral", "RGB", "llvm_ad_rgb"]),
-            (&["--variant", "llvm_ad_mono_polarized"], &["RGB", "scalar_rgb"]),
+            (
+                &["--variant", "scalar_spectral_polarized"],
+                &["scalar_spectral_polarized", "no polarized light", "llvm_ad_rgb"],
+            ),
+            (&["--variant", "llvm_ad_mono_polarized"], &["polarized light", "scalar_rgb"]),
             (&["--variant", "fast"], &["unknown variant \"fast\"", "cuda_ad_rgb"]),
             (&["-D", "a=1", "-D", "a=2"], &["-D", "\"a\" twice", "keep one"]),
             (&["--set", "alpha=.5", "--set", "alpha=.5"], &["--set", "\"alpha\" twice"]),

@@ -387,6 +387,7 @@ mod tests {
             film_channels: FILM_CHANNELS as u32,
             film_pixels: (WIDTH * HEIGHT) as u32,
             film_width: WIDTH as u32,
+            channel_colours: None,
             media: vec![],
             bounds: Aabb::EMPTY,
             surfaces: Vec::new(),

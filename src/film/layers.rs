@@ -1,7 +1,7 @@
 //! What a picture is made of, apart: radiance of surfaces, of media and of lamps that are seen directly, and the photons that
 //! brought it.
 
-use super::{splat, value_count, within_film, Emission, ExactSums, FilmSums};
+use super::{on_film, splat, value_count, Emission, ExactSums, FilmSums};
 use crate::math::Rgb;
 use crate::scene::{Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
@@ -60,15 +60,16 @@ impl LayerSums {
         let received = |family, pixel| {
             let connected = Vec3::from(paths.connected_of(family, pixel)).to_array();
             let gathered = sums.radiance_of(family, pixel);
-            let [r, g, b] = [0, 1, 2].map(|channel| {
-                within_film(f64::from(connected[channel]) + gathered[channel] / f64::from(passes))
-            });
-            Rgb::new(r, g, b)
+            let radiance =
+                [0, 1, 2].map(|i| f64::from(connected[i]) + gathered[i] / f64::from(passes));
+            on_film(scene, radiance)
         };
         add(&mut self.surfaces, &|pixel| received(Family::Surface, pixel))?;
         add(&mut self.media, &|pixel| received(Family::Medium, pixel))?;
         if emission == Emission::Included {
-            let seen = |pixel: usize| paths.emission[pixel].map(|value| within_film(value.into()));
+            let seen = |pixel: usize| {
+                on_film(scene, Vec3::from(paths.emission[pixel]).to_array().map(f64::from))
+            };
             add(&mut self.emission, &seen)?;
         }
         for ray in 0..sums.len() {
@@ -140,6 +141,7 @@ mod tests {
             film_channels: 5,
             film_pixels: 12,
             film_width: 4,
+            channel_colours: None,
             media: vec![],
             bounds: Aabb::EMPTY,
             surfaces: Vec::new(),

@@ -99,10 +99,7 @@ pub fn add_jitter(
         }
         let emission = glam::Vec3::from(seen).to_array();
         let sums = sums.radiance(pixel);
-        let [r, g, b] = [0, 1, 2].map(|channel| {
-            within_film(f64::from(emission[channel]) + sums[channel] / f64::from(passes))
-        });
-        Rgb::new(r, g, b)
+        on_film(scene, [0, 1, 2].map(|i| f64::from(emission[i]) + sums[i] / f64::from(passes)))
     })
 }
 
@@ -122,7 +119,8 @@ pub fn add_emission(
     let positions = || paths.film.iter().chain(&further.film);
     let axis = |axis: usize| positions().map(move |position| position[axis]);
     let radiance = paths.emission.iter().chain(&further.radiance);
-    let radiance = radiance.map(|rgb| rgb.map(|value| within_film(value.into())).into());
+    let radiance =
+        radiance.map(|rgb| on_film(scene, glam::Vec3::from(*rgb).to_array().map(f64::from)).into());
     let samples = FilmSamples {
         position: axis(0).chain(axis(1)).collect(),
         radiance: Planes::push_all(radiance.collect::<Vec<_>>().into_iter()),
@@ -132,9 +130,19 @@ pub fn add_emission(
     scene.splat(&samples, &mut film.values)
 }
 
-/// Radiance as a film can take it.
-fn within_film(radiance: f64) -> f32 {
-    radiance.clamp(-BRIGHTEST, BRIGHTEST) as f32
+/// Red, green and blue of three channels of radiance, as a film can take them. [Shared wavelengths]
+fn on_film(scene: &dyn Scene, radiance: [f64; 3]) -> Rgb {
+    let rgb = match scene.description().channel_colours {
+        None => radiance,
+        Some(colours) => {
+            let colours = colours.map(|colour| glam::Vec3::from(colour).to_array());
+            [0, 1, 2].map(|i| {
+                (0..3).map(|channel| radiance[channel] * f64::from(colours[channel][i])).sum()
+            })
+        }
+    };
+    let [r, g, b] = rgb.map(|value: f64| value.clamp(-BRIGHTEST, BRIGHTEST) as f32);
+    Rgb::new(r, g, b)
 }
 
 /// Adds the bias of one jitter to a film of its own, the same for all colours.

@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 7;
+pub const VPT_ABI_VERSION: u32 = 8;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -125,6 +125,11 @@ pub struct VptDescription {
     pub film_channels: u32,
     pub film_pixels: u32,
     pub film_width: u32,
+    /// Nonzero where the three channels are wavelengths, which `tune` chooses; then constants of media before it are the largest
+    /// of all light's.
+    pub spectral: u32,
+    /// Where `spectral`, the red, green and blue on the film of a unit of each channel.
+    pub channel_colours: [[f32; 3]; 3],
     pub media: *const VptMedium,
     pub media_count: u32,
     pub bounds_min: [f32; 3],
@@ -222,6 +227,11 @@ pub struct VptHost {
     pub abi_version: u32,
     pub context: *mut c_void,
     pub describe: unsafe extern "C" fn(context: *mut c_void, out: *mut VptDescription) -> i32,
+    /// Where the description is `spectral`: gives the context of the same scene at the wavelengths that a number in [0,1)
+    /// chooses. All callbacks take it in place of their own, several such contexts side by side.
+    pub tune:
+        unsafe extern "C" fn(context: *mut c_void, number: f32, tuned: *mut *mut c_void) -> i32,
+    pub tuned_free: unsafe extern "C" fn(context: *mut c_void, tuned: *mut c_void),
     pub view_rays: unsafe extern "C" fn(
         context: *mut c_void,
         request: *const VptViewRequest,

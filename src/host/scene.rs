@@ -14,6 +14,9 @@ pub struct HostScene {
     host: VptHost,
     description: SceneDescription,
     batching: Batching,
+    spectral: bool,
+    /// Whether the host's context is one that `tune` gave.
+    is_tuned: bool,
 }
 
 // SAFETY: with `concurrent` set the renderer promises that its callbacks may run on several threads
@@ -44,6 +47,8 @@ impl HostScene {
                 concurrent: description.concurrent != 0,
                 launch: description.launch as usize,
             },
+            spectral: description.spectral != 0,
+            is_tuned: false,
             // SAFETY: the renderer filled the description.
             description: unsafe { read_description(&description) },
         })
@@ -74,6 +79,15 @@ impl HostScene {
                 out.as_mut_slice().as_mut_ptr(),
             )
         })
+    }
+}
+
+impl Drop for HostScene {
+    fn drop(&mut self) {
+        if self.is_tuned {
+            // SAFETY: the context came from `tune` and is freed once.
+            unsafe { (self.host.tuned_free)(self.host.context, self.host.context) }
+        }
     }
 }
 
@@ -120,6 +134,8 @@ unsafe fn read_description(d: &VptDescription) -> SceneDescription {
         film_channels: d.film_channels,
         film_pixels: d.film_pixels,
         film_width: d.film_width,
+        channel_colours: (d.spectral != 0)
+            .then(|| d.channel_colours.map(|colour| Rgb::from(Vec3::from(colour)))),
         media,
         bounds: Aabb { min: Vec3::from(d.bounds_min), max: Vec3::from(d.bounds_max) },
         surfaces,
@@ -326,6 +342,27 @@ impl Scene for HostScene {
 
     fn batching(&self) -> Batching {
         self.batching
+    }
+
+    fn tuned(&self, number: f32) -> SceneResult<Option<Box<dyn Scene + '_>>> {
+        if !self.spectral {
+            return Ok(None);
+        }
+        let mut context = std::ptr::null_mut();
+        // SAFETY: the out pointer is valid.
+        self.check(unsafe { (self.host.tune)(self.host.context, number, &mut context) })?;
+        // SAFETY: the callbacks keep their promises for the tuned context, too, which lives until it is freed.
+        match unsafe { HostScene::new(VptHost { context, ..self.host }) } {
+            Ok(mut scene) => {
+                scene.is_tuned = true;
+                Ok(Some(Box::new(scene)))
+            }
+            Err(error) => {
+                // SAFETY: the context came from `tune` and is freed once.
+                unsafe { (self.host.tuned_free)(self.host.context, context) };
+                Err(error)
+            }
+        }
     }
 
     fn view_rays<'a>(

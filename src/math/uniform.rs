@@ -27,6 +27,7 @@ pub enum Purpose {
     EmissionTables = 15,
     Lessons = 16,
     LessonTables = 17,
+    Wavelengths = 18,
 }
 
 /// The stream that belongs to one batch of one pass.

@@ -18,7 +18,7 @@ pub fn begin<'a>(
     Ok(run.with_pass(move |pass, sums| {
         let (stored, mut counters) = pass.store(Particles::Beams(pass.parameters.photon_beams))?;
         let map = pass.build_map(stored);
-        counters.add(&map.estimate(scene, &pass.pairs(), pass.walks, sums)?);
+        counters.add(&map.estimate(pass.scene, &pass.pairs(), pass.walks, sums)?);
         Ok(counters)
     }))
 }

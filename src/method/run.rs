@@ -23,6 +23,7 @@ use crate::transport::footprint::resolvable_radii;
 use crate::transport::memory::HoldsReceivers;
 use crate::transport::photon::PerFamily;
 use crate::transport::view::{self, ViewPaths};
+use crate::transport::wavelengths;
 use std::cell::Cell;
 use std::time::Instant;
 
@@ -118,6 +119,8 @@ where
 /// A render between two passes. `R` is what becomes of the ray paths of one jitter.
 pub struct Run<'a, R> {
     scene: &'a dyn Scene,
+    /// The scene at the wavelengths of the present jitter; none where its channels are colours.
+    tuned: Option<Box<dyn Scene + 'a>>,
     parameters: Parameters,
     plan: Plan,
     start: Instant,
@@ -164,16 +167,19 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         check_first_pass(parameters.first_pass, jitter_every)?;
         let (mut counters, mut seconds) = (Counters::default(), PhaseSeconds::default());
         let mut plan = parameters.plan(scene.description());
+        let tuned = wavelengths::tuned(scene, parameters.seed, 0)?;
+        let now = tuned.as_deref().unwrap_or(scene);
+        plan.retune(now.description());
         let clock = Instant::now();
-        let paths = view::trace(scene, &plan, parameters.seed, 0)?;
+        let paths = view::trace(now, &plan, parameters.seed, 0)?;
         if parameters.connections.is_none() {
-            plan.connections = connect::worthwhile(scene, &plan, parameters.seed, &paths)?;
+            plan.connections = connect::worthwhile(now, &plan, parameters.seed, &paths)?;
         }
         seconds.view += clock.elapsed().as_secs_f64();
         let (first_radii, least_radii) =
-            (first_radii(scene, parameters, &paths)?, resolvable_radii(&paths));
+            (first_radii(now, parameters, &paths)?, resolvable_radii(&paths));
         let ground =
-            Ground { scene, seed: parameters.seed, plan: &plan, layers: parameters.layers };
+            Ground { scene: now, seed: parameters.seed, plan: &plan, layers: parameters.layers };
         let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
         let wants_emission_rays =
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
@@ -189,6 +195,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let layers = parameters.layers.then(|| LayerSums::new(scene.description()));
         Ok(Run {
             scene,
+            tuned,
             parameters: parameters.clone(),
             plan,
             start,
@@ -305,7 +312,10 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             self.counters = Counters::default();
         }
         let Parameters { seed, layers, .. } = self.parameters;
-        let ground = Ground { scene: self.scene, seed, plan: &self.plan, layers };
+        self.tuned = wavelengths::tuned(self.scene, seed, jitter)?;
+        let scene = self.tuned.as_deref().unwrap_or(self.scene);
+        self.plan.retune(scene.description());
+        let ground = Ground { scene, seed, plan: &self.plan, layers };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
         self.trace_emission(jitter)?;
@@ -316,7 +326,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     fn trace_emission(&mut self, jitter: u64) -> Result<(), RenderError> {
         if let Some(emission) = &mut self.emission {
             let clock = Instant::now();
-            emission.trace(self.scene, &self.plan, self.parameters.seed, jitter)?;
+            let scene = self.tuned.as_deref().unwrap_or(self.scene);
+            emission.trace(scene, &self.plan, self.parameters.seed, jitter)?;
             self.counters.add(&emission.further.counters);
             self.seconds.view += clock.elapsed().as_secs_f64();
         }
@@ -325,7 +336,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
 
     fn next_pass(&self, number: u64, receivers_changed: bool) -> Pass<'_, R> {
         Pass {
-            scene: self.scene,
+            scene: self.scene_now(),
             parameters: &self.parameters,
             plan: &self.plan,
             receivers: &self.receivers,
@@ -409,13 +420,14 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let JitterFilms { mut film, emission } = self.jitter_films()?;
         self.gathered.add(&film, emission.as_ref());
         let (place, paths) = (self.place_of_emission(), self.receivers.as_ref());
+        let scene = self.tuned.as_deref().unwrap_or(self.scene);
         if let Some(layers) = &mut self.gathered.layers {
-            layers.add_jitter(self.scene, paths, place, &self.sums, passes)?;
+            layers.add_jitter(scene, paths, place, &self.sums, passes)?;
         }
         if let Some(error) = self.gathered.error.as_mut().filter(|_| passes == self.jitter_every) {
             let description = self.scene.description();
             let mut bias = FilmSums::new(description);
-            add_bias(self.scene, paths, &self.sums, passes, &mut bias)?;
+            add_bias(scene, paths, &self.sums, passes, &mut bias)?;
             if let Some(emission) = &emission {
                 film.add_channels(emission, description.film_channels as usize);
             }
@@ -435,7 +447,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
 
     /// What the jitter under way adds, weighted by the passes that it has had.
     fn jitter_films(&self) -> Result<JitterFilms, RenderError> {
-        let (scene, paths, passes) = (self.scene, self.receivers.as_ref(), self.passes_of_jitter);
+        let (scene, passes) = (self.scene_now(), self.passes_of_jitter);
+        let paths = self.receivers.as_ref();
         let mut film = FilmSums::new(scene.description());
         add_jitter(scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
         let emission = self.emission.as_ref().map(|own| own.film(scene, paths, passes));
@@ -454,6 +467,11 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
 
     fn total_seconds(&self) -> f64 {
         self.seconds_before + self.start.elapsed().as_secs_f64()
+    }
+
+    /// The scene as the present jitter sees it.
+    fn scene_now(&self) -> &dyn Scene {
+        self.tuned.as_deref().unwrap_or(self.scene)
     }
 
     fn place_of_emission(&self) -> Emission {

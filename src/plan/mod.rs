@@ -104,10 +104,15 @@ impl Plan {
                 Steering::Measured if forced.has(Effect::MetropolisMedium) => Steering::Always,
                 given => given,
             },
-            media: scene.media.iter().map(|medium| treated(medium, forced)).collect(),
+            media: treated_all(scene, forced),
             findings,
             forced,
         }
+    }
+
+    /// Takes the media's constants from the scene as it is tuned; what is simulated was decided for all light.
+    pub fn retune(&mut self, scene: &SceneDescription) {
+        self.media = treated_all(scene, self.forced);
     }
 
     pub fn simulates(&self, effect: Effect) -> bool {
@@ -132,6 +137,10 @@ fn forceable(wishes: Wishes) -> Effects {
         }
         Steering::Always | Steering::Measured => wishes.forced,
     }
+}
+
+fn treated_all(scene: &SceneDescription, forced: Effects) -> Vec<Medium> {
+    scene.media.iter().map(|medium| treated(medium, forced)).collect()
 }
 
 fn treated(medium: &Medium, forced: Effects) -> Medium {

@@ -26,3 +26,4 @@ pub mod store;
 pub mod tabulate;
 pub mod view;
 pub mod walks;
+pub mod wavelengths;

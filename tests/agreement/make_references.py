@@ -8,6 +8,8 @@ of the machine's arithmetic).
     python tests/agreement/make_references.py                 what is missing or older than its scene
     python tests/agreement/make_references.py --only beam     these scenes, even where they are up to date
     python tests/agreement/make_references.py --check         render nothing, fail where a scene has changed
+    python tests/agreement/make_references.py --variant llvm_ad_spectral
+                                                              those of the scenes that are judged in spectral variants
 
 A scene NAME.xml that Mitsuba's path tracers cannot render has a twin NAME.reference.xml with the same image.
 Needs mitsuba 3.9.1 and a libLLVM that Dr.Jit can use (see DRJIT_LIBLLVM_PATH).
@@ -25,10 +27,25 @@ import numpy as np
 
 HERE = Path(__file__).parent
 SCENES = HERE / "scenes"
-REFERENCES = HERE / "references"
-INDEX = REFERENCES / "references.json"
 
-VARIANT = "llvm_ad_rgb"
+# Where the references of a variant lie, and of which scenes there are any; None for all. Spectral ones serve `scalar_spectral`, too.
+VARIANTS = {
+    "llvm_ad_rgb": ("references", None),
+    "llvm_ad_spectral": (
+        "references/spectral",
+        [
+            "box_constant",
+            "box_directional",
+            "extinction_box",
+            "glass_ball",
+            "instances_sunsky",
+            "layers_envmap",
+            "projector_crop",
+            "textures_point_spot",
+        ],
+    ),
+    "llvm_ad_mono": ("references/mono", ["extinction_box", "glass_ball", "projector_crop"]),
+}
 SPP = 256
 FIRST_SEEDS = 16
 MORE_SEEDS = 8
@@ -42,8 +59,10 @@ BLOCK = 8
 DARK = 0.1
 
 
-def scene_names():
-    return sorted(p.stem for p in SCENES.glob("*.xml") if not p.stem.endswith(".reference"))
+def scene_names(variant="llvm_ad_rgb"):
+    chosen = VARIANTS[variant][1]
+    names = sorted(p.stem for p in SCENES.glob("*.xml") if not p.stem.endswith(".reference"))
+    return [name for name in names if chosen is None or name in chosen]
 
 
 def reference_source(name):
@@ -104,13 +123,13 @@ def round_mantissa(values, bits):
     return np.ldexp(np.round(np.ldexp(mantissa, bits)), exponent - bits)
 
 
-def write_reference(mi, name, mean, variance):
+def write_reference(mi, path, mean, variance):
     channels = np.concatenate([round_mantissa(mean, 15), round_mantissa(variance, 8)], axis=2).astype(np.float32)
     names = ["R", "G", "B", "var.R", "var.G", "var.B"]
-    mi.Bitmap(channels, mi.Bitmap.PixelFormat.MultiChannel, names).write(str(REFERENCES / f"{name}.exr"))
+    mi.Bitmap(channels, mi.Bitmap.PixelFormat.MultiChannel, names).write(str(path))
 
 
-def render_reference(mi, name):
+def render_reference(mi, name, folder):
     source = reference_source(name)
     scene = mi.load_file(str(source))
     start = time.perf_counter()
@@ -118,13 +137,14 @@ def render_reference(mi, name):
     errors = None
     while errors is None or (errors[0] > IMAGE_TARGET or errors[1] > BLOCK_TARGET) and moments.count < MOST_SEEDS:
         for _ in range(FIRST_SEEDS if errors is None else MORE_SEEDS):
-            moments.add(np.array(mi.render(scene, spp=SPP, seed=moments.count)))
+            image = np.array(mi.render(scene, spp=SPP, seed=moments.count))
+            moments.add(np.repeat(image, 3 // image.shape[2], axis=2))
         errors = relative_errors(moments.mean(), moments.variance_of_mean())
-    write_reference(mi, name, moments.mean(), moments.variance_of_mean())
+    write_reference(mi, folder / f"{name}.exr", moments.mean(), moments.variance_of_mean())
     return {
         "scene": source.name,
         "integrator": default_integrator(source),
-        "variant": VARIANT,
+        "variant": mi.variant(),
         "mitsuba": mi.__version__,
         "spp": SPP,
         "seeds": moments.count,
@@ -135,32 +155,47 @@ def render_reference(mi, name):
     }
 
 
+def folder_of(variant):
+    return HERE / VARIANTS[variant][0]
+
+
+def index_of(variant):
+    path = folder_of(variant) / "references.json"
+    index = json.loads(path.read_text()) if path.exists() else {}
+    return {name: entry for name, entry in index.items() if name in scene_names(variant)}
+
+
+def stale_names(variant):
+    index, folder = index_of(variant), folder_of(variant)
+    return [
+        name
+        for name in scene_names(variant)
+        if index.get(name, {}).get("fingerprint") != fingerprint(name) or not (folder / f"{name}.exr").exists()
+    ]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--only", nargs="+", metavar="NAME", default=[], choices=scene_names())
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--variant", choices=VARIANTS, default="llvm_ad_rgb")
     args = parser.parse_args()
 
-    index = json.loads(INDEX.read_text()) if INDEX.exists() else {}
-    index = {name: entry for name, entry in index.items() if name in scene_names()}
-    stale = [
-        name
-        for name in scene_names()
-        if index.get(name, {}).get("fingerprint") != fingerprint(name) or not (REFERENCES / f"{name}.exr").exists()
-    ]
     if args.check:
+        stale = [f"{name} ({variant})" for variant in VARIANTS for name in stale_names(variant)]
         if stale:
             sys.exit("references older than their scenes: " + ", ".join(stale))
         return
 
     import mitsuba as mi
 
-    mi.set_variant(VARIANT)
+    mi.set_variant(args.variant)
     mi.set_log_level(mi.LogLevel.Error)
-    REFERENCES.mkdir(exist_ok=True)
-    for name in args.only or stale:
-        index[name] = render_reference(mi, name)
-        INDEX.write_text(json.dumps(dict(sorted(index.items())), indent=2) + "\n")
+    folder, index = folder_of(args.variant), index_of(args.variant)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in args.only or stale_names(args.variant):
+        index[name] = render_reference(mi, name, folder)
+        (folder / "references.json").write_text(json.dumps(dict(sorted(index.items())), indent=2) + "\n")
         entry = index[name]
         print(
             f"{name:20} {entry['integrator']:10} {entry['seeds']:4} seeds {entry['seconds']:7.1f} s"

@@ -39,8 +39,9 @@ pub fn render(
     }
     fs::create_dir_all(folder).map_err(|e| e.to_string())?;
     let file = folder.join("picture.exr");
-    let mut narrow = load(session, case, method, 1.0)?;
-    let mut wide = if case.extrapolated { Some(load(session, case, method, 2.0)?) } else { None };
+    let load = |radius_scale| load(session, case, method, radius_scale);
+    let mut narrow = load(1.0)?;
+    let mut wide = if case.extrapolated { Some(load(2.0)?) } else { None };
     let picture = |scene: &mut LoadedScene, seed: u32| {
         scene.render(0, seed, Some(PASSES), &mut Silent).map_err(|e| e.to_string())?;
         scene.write(&file).map_err(|e| e.to_string())?;
@@ -79,7 +80,12 @@ fn load<'a>(
         ("surface_radius", (radius_scale * case.surface_radius).to_string()),
         ("medium_radius", (radius_scale * case.medium_radius).to_string()),
     ];
-    let own = method.settings.iter().map(|&(name, value)| (name.to_owned(), value.to_owned()));
+    // A jitter of every pass: with two, the colours of all pixels would be those of six wavelengths.
+    let jitters: &[_] =
+        if session.variant().ends_with("rgb") { &[] } else { &[("jitter_every", "1")] };
+    let own =
+        method.settings.iter().filter(|(name, _)| !jitters.iter().any(|(own, _)| own == name));
+    let own = own.chain(jitters).map(|&(name, value)| (name.to_owned(), value.to_owned()));
     let file = SceneFile {
         path: agreement_folder("scenes").join(format!("{}.xml", case.scene)),
         method: Some(method.method.to_owned()),

@@ -20,3 +20,4 @@ mod scenes;
 mod single_scattering;
 mod surface;
 mod transmittance;
+mod wavelengths;

@@ -111,6 +111,36 @@ fn layers_through_the_abi_have_the_bits_of_the_engine() {
     }
 }
 
+/// The world at wavelengths of which a number says how much fog there is, and on the film how red they are.
+fn spectral_world() -> World {
+    let at = |number: f32| {
+        let mut contents = world(Disclosure::Full).contents().clone();
+        contents.fogs[0].sigma_t = Rgb::new(0.5, 1.0, 2.0) * number;
+        (contents, [Rgb::new(number, 0.5, 0.0), Rgb::new(0.0, 1.0, number), Rgb::splat(0.3)])
+    };
+    World::spectral(world(Disclosure::Full).contents().clone(), at)
+}
+
+/// So it is for a scene that is tuned anew for each jitter.
+#[test]
+fn a_picture_of_wavelengths_through_the_abi_has_the_bits_of_the_engine() {
+    let world = spectral_world();
+    let own = Parameters {
+        passes: 3,
+        jitter_every: 1,
+        photons: 300,
+        layers: true,
+        ..Preset::Paper.parameters()
+    };
+    let own = method::render(&world, &own, &mut Silent).unwrap();
+    let mut parameters = small(NAMES);
+    (parameters.numbers.passes, parameters.numbers.jitter_every) = (3, 1);
+    parameters.numbers.layers = 1;
+    let returned = render(&world, &parameters, None).unwrap();
+    assert_eq!(returned.storage, own.film.values);
+    assert_eq!(Some(returned.layers), own.layers);
+}
+
 /// A storage of another size than the film's is refused before anything is written to it.
 #[test]
 fn a_storage_of_the_wrong_size_is_refused() {

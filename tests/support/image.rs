@@ -21,7 +21,7 @@ impl Image {
         Image { width, height, pixels }
     }
 
-    /// The channels `R`, `G`, `B` of an EXR file, each name with `prefix` before it. All values
+    /// The channels `R`, `G`, `B` of an EXR file, or `Y` in place of each, with `prefix` before the name. All values
     /// must be finite.
     pub fn read_exr(path: &Path, prefix: &str) -> Result<Self, String> {
         let file = read_first_flat_layer_from_file(path)
@@ -29,7 +29,9 @@ impl Image {
         let layer = file.layer_data;
         let channel = |colour: &str| {
             let name = format!("{prefix}{colour}");
-            let found = layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
+            let named =
+                |name: &str| layer.channel_data.list.iter().find(|c| c.name.to_string() == name);
+            let found = named(&name).or_else(|| named(&format!("{prefix}Y")));
             let samples =
                 &found.ok_or(format!("{}: no channel {name}", path.display()))?.sample_data;
             Ok::<Vec<f32>, String>(match samples {

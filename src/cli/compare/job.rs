@@ -149,7 +149,7 @@ mod tests {
             (&["--time", "nan"], &["--time is NaN", "above 0"]),
             (&["--reference-time", "-1"], &["--reference-time is -1", "above 0"]),
             (&["--reference", &scene], &["--reference", "scene.xml", "EXR"]),
-            (&["--variant", "scalar_mono"], &["scalar_mono", "RGB"]),
+            (&["--variant", "scalar_mono"], &["unknown variant \"scalar_mono\"", "llvm_ad_mono"]),
             (&["--set", "method=ppt"], &["--set method", "--method"]),
             (&["-o", &scene], &["-o", "scene.xml", "no folder"]),
             (&["-o", &below], &["-o", "none\" does not exist", "make it"]),

@@ -206,7 +206,7 @@ mod tests {
             (&["dragon_smokes", "--dragon", &none], &["cannot read the dragon", "--dragon"]),
             (&["dragon_smokes", "--dragon", &scene], &["scene.xml", "a .ply or .obj file"]),
             (&["kitchen", "--prepare", "--scene", &scene], &["--prepare", "leave one"]),
-            (&["kitchen", "--variant", "scalar_mono"], &["scalar_mono", "RGB"]),
+            (&["kitchen", "--variant", "scalar_mono"], &["unknown variant \"scalar_mono\""]),
             (&["kitchen", "-D", "a=1", "-D", "a=2"], &["-D", "\"a\" twice"]),
             (&["kitchen", "-o", &scene], &["-o", "no folder"]),
             (&["kitchen", "-o", &below], &["-o", "does not exist", "make it"]),

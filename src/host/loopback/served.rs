@@ -6,12 +6,13 @@ use crate::math::Rgb;
 use crate::scene::*;
 use std::cell::RefCell;
 use std::ffi::{c_char, c_void, CString};
+use std::ops::Deref;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 
 /// A scene with the arrays that its description points to.
 pub struct ServedScene<'a> {
-    scene: &'a dyn Scene,
+    scene: Kept<'a>,
     /// Keeps the texts that the arrays point to.
     _names: Vec<CString>,
     media: Vec<VptMedium>,
@@ -19,6 +20,23 @@ pub struct ServedScene<'a> {
     emitters: Vec<VptEmitter>,
     sensor: CString,
     warnings: Vec<*const c_char>,
+}
+
+/// The caller's scene, or a tuned one.
+enum Kept<'a> {
+    Lent(&'a dyn Scene),
+    Own(Box<dyn Scene + 'a>),
+}
+
+impl<'a> Deref for Kept<'a> {
+    type Target = dyn Scene + 'a;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Kept::Lent(scene) => *scene,
+            Kept::Own(scene) => scene.as_ref(),
+        }
+    }
 }
 
 /// A walk and the lanes that its next step takes.
@@ -36,10 +54,13 @@ thread_local! {
 
 impl<'a> ServedScene<'a> {
     pub fn new(scene: &'a dyn Scene) -> Self {
+        Self::of(Kept::Lent(scene))
+    }
+
+    fn of(scene: Kept<'a>) -> Self {
         let description = scene.description();
         let mut names = Names(Vec::new());
         ServedScene {
-            scene,
             media: description.media.iter().map(|m| raw_medium(m, names.keep(&m.name))).collect(),
             surfaces: description
                 .surfaces
@@ -65,6 +86,7 @@ impl<'a> ServedScene<'a> {
             warnings: description.warnings.iter().map(|w| names.keep(w)).collect(),
             sensor: text(&description.sensor.name),
             _names: names.0,
+            scene,
         }
     }
 
@@ -74,6 +96,8 @@ impl<'a> ServedScene<'a> {
             abi_version: VPT_ABI_VERSION,
             context: std::ptr::from_ref(self).cast_mut().cast(),
             describe,
+            tune,
+            tuned_free,
             view_rays,
             view_step,
             view_free,
@@ -100,6 +124,10 @@ impl<'a> ServedScene<'a> {
             film_channels: d.film_channels,
             film_pixels: d.film_pixels,
             film_width: d.film_width,
+            spectral: d.channel_colours.is_some().into(),
+            channel_colours: d
+                .channel_colours
+                .map_or([[0.0; 3]; 3], |colours| colours.map(|rgb| glam::Vec3::from(rgb).into())),
             media: self.media.as_ptr(),
             media_count: self.media.len() as u32,
             bounds_min: d.bounds.min.into(),
@@ -230,6 +258,24 @@ unsafe extern "C" fn describe(context: *mut c_void, out: *mut VptDescription) ->
         *out = served(context).description();
         Ok(())
     })
+}
+
+unsafe extern "C" fn tune(context: *mut c_void, number: f32, tuned: *mut *mut c_void) -> i32 {
+    // SAFETY: the engine gives a valid out pointer; the scene outlives what is tuned of it.
+    guarded(|| unsafe {
+        let scene = served(context).scene.tuned(number)?;
+        let scene = scene.ok_or_else(|| SceneError("channels are colours".to_owned()))?;
+        *tuned = Box::into_raw(Box::new(ServedScene::of(Kept::Own(scene)))).cast();
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn tuned_free(_: *mut c_void, tuned: *mut c_void) {
+    // SAFETY: the context came from `tune` and is freed once.
+    guarded(|| unsafe {
+        drop(Box::from_raw(tuned.cast::<ServedScene>()));
+        Ok(())
+    });
 }
 
 unsafe extern "C" fn view_rays(
@@ -529,7 +575,7 @@ unsafe extern "C" fn splat(
 ) -> i32 {
     // SAFETY: all arrays hold `count` lanes, the storage the whole film.
     guarded(|| unsafe {
-        let (scene, count) = (served(context).scene, count as usize);
+        let (scene, count) = (&*served(context).scene, count as usize);
         let samples = FilmSamples {
             position: from_raw_parts(position, 2 * count).to_vec(),
             radiance: planes(count, radiance),

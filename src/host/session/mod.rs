@@ -15,7 +15,16 @@ use std::ffi::CStr;
 use std::path::PathBuf;
 
 /// Variants that the plugin works in, best first for a machine without a GPU.
-pub const VARIANTS: [&str; 3] = ["scalar_rgb", "llvm_ad_rgb", "cuda_ad_rgb"];
+pub const VARIANTS: [&str; 8] = [
+    "scalar_rgb",
+    "scalar_spectral",
+    "llvm_ad_rgb",
+    "llvm_ad_mono",
+    "llvm_ad_spectral",
+    "cuda_ad_rgb",
+    "cuda_ad_mono",
+    "cuda_ad_spectral",
+];
 
 /// What Mitsuba or the engine refused, in one sentence.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -49,8 +58,7 @@ impl Session {
         let variant = variant.unwrap_or(VARIANTS[0]).to_owned();
         if !VARIANTS.contains(&variant.as_str()) {
             return Err(HostError(format!(
-                "vpt works in the variants {}; \"{variant}\" is not one of them (spectral, mono and \
-                 polarized variants are not supported)",
+                "vpt works in the variants {}; \"{variant}\" is not one of them (it follows no polarized light)",
                 VARIANTS.join(", ")
             )));
         }

@@ -17,6 +17,7 @@ from ._mitsuba import require_mitsuba
 require_mitsuba()
 
 from ._compare import Comparison, compare  # noqa: E402 - nothing else may import another Mitsuba
+from ._denoise import Denoised, denoise  # noqa: E402
 from ._display import Monitor  # noqa: E402
 from ._plugin import install, plugin_dir  # noqa: E402
 from ._program import ProgramError, run  # noqa: E402
@@ -27,10 +28,12 @@ install()
 __all__ = [
     "MITSUBA_VERSION",
     "Comparison",
+    "Denoised",
     "Monitor",
     "ProgramError",
     "Progress",
     "compare",
+    "denoise",
     "observe",
     "plugin_dir",
     "render",

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import time
 from pathlib import Path
 
 import numpy as np
@@ -90,13 +89,12 @@ def test_job_array_gives_up(tmp_path):
     from mitsuba_vpt.cluster import slurm
 
     executor = submitit.LocalExecutor(folder=tmp_path / "logs")
-    start = time.monotonic()
-    with pytest.raises(RuntimeError, match=r"passes 0\.\.4 were not rendered.*magic"):
+    with pytest.raises(RuntimeError, match=r"(?s)passes 0\.\.4 were not rendered.*magic"):
         slurm.render(
             SCENE, tmp_path / "picture.exr", passes=4, tasks=1, folder=tmp_path, executor=executor, method="magic"
         )
     # Input that the user must mend is not tried again.
-    assert len(list((tmp_path / "logs").glob("*_submitted.pkl"))) == 1, time.monotonic() - start
+    assert len(list((tmp_path / "logs").glob("*_submitted.pkl"))) == 1
 
 
 def test_dask_cluster_with_a_killed_worker(whole, tmp_path, monkeypatch):

@@ -4,6 +4,11 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+if ! python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
+    echo "the tests' packages are pinned for Python 3.11 and newer, but python3 is $(python3 --version)" >&2
+    exit 1
+fi
+
 # Beside what Cargo built, which the wheel takes.
 environment="${CARGO_TARGET_DIR:-target}/python"
 python3 -m venv --clear "$environment"

@@ -8,6 +8,19 @@ check:
 test:
     cargo test --release
 
+# The Python package: installed into a fresh virtual environment and tested there
+python *ARGS:
+    python/test.sh {{ARGS}}
+
+# Pin what the tests of the Python package need, with hashes (needs uv)
+python-lock:
+    uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+        --custom-compile-command "just python-lock" python/requirements-test.in -o python/requirements-test.txt
+
+# How a render gets faster with more worker processes: `just scaling mitsuba_scenes/smoke/scene.xml --workers 1,2,4`
+scaling SCENE="mitsuba_scenes/cornell_fog/scene.xml" *ARGS="--passes 64 --workers 1,2":
+    target/python/bin/python python/examples/scaling.py {{SCENE}} {{ARGS}}
+
 # Renew the files that tests compare with
 bless:
     VPT_BLESS=1 cargo test --release --test abi_header

@@ -4,6 +4,8 @@
 
 #include <mitsuba/core/progress.h>
 
+#include <utility>
+
 namespace vpt {
 
 using namespace mitsuba;
@@ -62,4 +64,8 @@ void RenderWatch::warn(void *self_, const char *message) {
         Log(Warn, "vpt: %s", message);
 }
 
+}
+
+extern "C" const VptObserver *vpt_shim_watch(const VptObserver *observer) noexcept {
+    return std::exchange(vpt::embedding_observer(), observer);
 }

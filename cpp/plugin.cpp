@@ -3,6 +3,8 @@
 #include "mitsuba.h"
 #include "vpt.h"
 
+#include <cstdio>
+
 namespace vpt {
 
 using namespace mitsuba;
@@ -64,6 +66,23 @@ void register_all(std::string_view name, PluginRegisterFn callback) {
         callback(name, variant.name, variant.type, variant.instantiate);
 }
 
+void install() {
+    register_all("vpt", [](std::string_view name, std::string_view variant, ObjectType type,
+                           PluginInstantiateFn instantiate) {
+        PluginManager::instance()->register_plugin(name, variant, type, instantiate, nullptr, nullptr);
+    });
+}
+
+}
+
+extern "C" int32_t vpt_shim_install(char *error, size_t size) noexcept {
+    try {
+        vpt::install();
+        return 0;
+    } catch (const std::exception &e) {
+        std::snprintf(error, size, "%s", e.what());
+        return 1;
+    }
 }
 
 extern "C" void vpt_register_plugin(const char *name, size_t length, void *callback) {

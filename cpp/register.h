@@ -38,4 +38,7 @@ void require_usable_llvm(std::string_view variant);
 // All variants: those above, and a refusal for every other.
 void register_all(std::string_view name, mitsuba::PluginRegisterFn callback);
 
+// Makes Mitsuba's plugin manager know "vpt", so that it looks for no file of that name.
+void install();
+
 }

@@ -368,10 +368,7 @@ int32_t vpt_session_start(const char *variant_, uint32_t threads, uint32_t verbo
         color_management_static_initialization(string::starts_with(variant, "cuda_"),
                                                string::starts_with(variant, "llvm_"), false);
         MI_INVOKE_VARIANT(variant, start_acceleration);
-        vpt::register_all("vpt", [](std::string_view name, std::string_view variant, ObjectType type,
-                                    PluginInstantiateFn instantiate) {
-            PluginManager::instance()->register_plugin(name, variant, type, instantiate, nullptr, nullptr);
-        });
+        vpt::install();
     });
 }
 

@@ -474,6 +474,23 @@ int32_t vpt_render(const struct VptHost *host,
                    char *error,
                    size_t error_size);
 
+// `VPT_ABI_VERSION`, for programs that were not compiled with `vpt.h`.
+uint32_t vpt_abi_version(void);
+
+// Makes the Mitsuba of this process know the integrator in every variant, wherever it looks for plugins. Returns 0, or 1
+// with one sentence in `error`.
+//
+// # Safety
+// `error` must hold `error_size` bytes.
+int32_t vpt_install(char *error, size_t error_size);
+
+// Lets `observer` watch all renders that Mitsuba starts on the calling thread from now on, in place of Mitsuba's log; null
+// for the log. Returns the one that watched before. `progress` may be called on another thread, while the calling one waits.
+//
+// # Safety
+// The observer must be valid until another one takes its place.
+const struct VptObserver *vpt_watch(const struct VptObserver *observer);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

@@ -23,12 +23,27 @@ pub fn run(arguments: &PluginDirArguments) -> Result<(), Failure> {
 fn fill(arguments: &PluginDirArguments) -> anyhow::Result<PathBuf> {
     let program = std::env::current_exe().context("cannot find the folder of this program")?;
     let beside = program.parent().context("this program lies in no folder")?;
+    fill_from(beside, arguments)
+}
+
+fn fill_from(beside: &Path, arguments: &PluginDirArguments) -> anyhow::Result<PathBuf> {
+    if let Some(plugin) = installed(beside) {
+        return match &arguments.dir {
+            Some(folder) => install(&plugin, folder),
+            None => Ok(beside.canonicalize()?),
+        };
+    }
     let library = find_library(beside)?;
     match &arguments.dir {
         Some(folder) => install(&library, folder),
         None => install(&library, &beside.join(FOLDER))
             .or_else(|error| install(&library, &cache::folder().ok_or(error)?.join(FOLDER))),
     }
+}
+
+/// The plugin in a folder that serves already, as the Python package has it.
+fn installed(beside: &Path) -> Option<PathBuf> {
+    Some(beside.join("plugins").join(format!("vpt{DLL_SUFFIX}"))).filter(|path| path.is_file())
 }
 
 /// The newest library next to the program or in `deps`, where Cargo leaves it at times.
@@ -84,5 +99,23 @@ mod tests {
             assert!(plugin.is_absolute());
             assert_eq!(fs::read_to_string(plugin).unwrap(), "new");
         }
+    }
+
+    #[test]
+    fn folder_that_serves_already_is_named_or_copied_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let beside = install_text(folder.path(), "package");
+        let filled = fill_from(&beside, &PluginDirArguments { dir: None }).unwrap();
+        assert_eq!(filled, beside.canonicalize().unwrap());
+
+        let elsewhere = PluginDirArguments { dir: Some(folder.path().join("elsewhere")) };
+        let plugin = installed(&fill_from(&beside, &elsewhere).unwrap()).unwrap();
+        assert_eq!(fs::read_to_string(plugin).unwrap(), "plugin");
+    }
+
+    fn install_text(folder: &Path, name: &str) -> PathBuf {
+        let library = folder.join("library");
+        fs::write(&library, "plugin").unwrap();
+        install(&library, &folder.join(name)).unwrap()
     }
 }

@@ -416,6 +416,36 @@ fn check_size(storage: &[f64], film: &[f64]) -> Result<(), AnyError> {
 
 extern "C" {
     fn vpt_register_plugin(name: *const c_char, length: usize, callback: *mut c_void);
+    fn vpt_shim_install(error: *mut c_char, size: usize) -> i32;
+    fn vpt_shim_watch(observer: *const VptObserver) -> *const VptObserver;
+}
+
+/// `VPT_ABI_VERSION`, for programs that were not compiled with `vpt.h`.
+#[no_mangle]
+pub extern "C" fn vpt_abi_version() -> u32 {
+    VPT_ABI_VERSION
+}
+
+/// Makes the Mitsuba of this process know the integrator in every variant, wherever it looks for plugins. Returns 0, or 1
+/// with one sentence in `error`.
+///
+/// # Safety
+/// `error` must hold `error_size` bytes.
+#[no_mangle]
+pub unsafe extern "C" fn vpt_install(error: *mut c_char, error_size: usize) -> i32 {
+    // SAFETY: the caller's promise.
+    unsafe { vpt_shim_install(error, error_size) }
+}
+
+/// Lets `observer` watch all renders that Mitsuba starts on the calling thread from now on, in place of Mitsuba's log; null
+/// for the log. Returns the one that watched before. `progress` may be called on another thread, while the calling one waits.
+///
+/// # Safety
+/// The observer must be valid until another one takes its place.
+#[no_mangle]
+pub unsafe extern "C" fn vpt_watch(observer: *const VptObserver) -> *const VptObserver {
+    // SAFETY: the caller's promise.
+    unsafe { vpt_shim_watch(observer) }
 }
 
 /// Mitsuba's entry point of a plugin: a `std::string_view` (length, pointer) and a callback. rustc

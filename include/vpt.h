@@ -482,7 +482,8 @@ uint32_t vpt_abi_version(void);
 //
 // # Safety
 // `error` must hold `error_size` bytes.
-int32_t vpt_install(char *error, size_t error_size);
+int32_t vpt_install(char *error,
+                    size_t error_size);
 
 // Lets `observer` watch all renders that Mitsuba starts on the calling thread from now on, in place of Mitsuba's log; null
 // for the log. Returns the one that watched before. `progress` may be called on another thread, while the calling one waits.

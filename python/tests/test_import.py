@@ -6,7 +6,7 @@ from importlib.metadata import distribution
 
 import mitsuba as mi
 import pytest
-from conftest import ROOT, SCENE, array, load, python
+from conftest import LLVM, ROOT, SCENE, array, load, python
 
 import mitsuba_vpt
 
@@ -28,6 +28,18 @@ ORDERS = {
 @pytest.mark.parametrize("order", ORDERS)
 def test_xml_renders(order, variant):
     done = python(f"V = {variant!r}\n{ORDERS[order]}\n{RENDER}", str(SCENE))
+    assert done.returncode == 0, done.stderr
+
+
+#: What the plugin works in; whether a GPU is there is another question.
+SUPPORTED = [name for name in mi.variants() if "polarized" not in name and not name.startswith("cuda")]
+
+
+@pytest.mark.parametrize("name", SUPPORTED)
+def test_every_supported_variant_renders(name):
+    if name.startswith("llvm") and not LLVM:
+        pytest.skip("there is no libLLVM")
+    done = python(f"V = {name!r}\n{ORDERS['before_the_variant']}\n{RENDER}", str(SCENE))
     assert done.returncode == 0, done.stderr
 
 

@@ -84,6 +84,13 @@ def test_picture_so_far_is_that_of_fewer_passes(variant):
         np.testing.assert_allclose(pictures[0], array(mi.render(load(), spp=1)), rtol=2**-23)
 
 
+def test_picture_so_far_of_a_spectral_variant_is_one_of_colours():
+    mi.set_variant("scalar_spectral")
+    pictures = []
+    final = array(mitsuba_vpt.render(load(), progress=lambda progress: pictures.append(progress.image())))
+    np.testing.assert_allclose(pictures[-1], final, rtol=2**-23)
+
+
 def test_picture_is_there_during_the_callback_alone(scalar):
     seen = []
     mitsuba_vpt.render(load(), progress=seen.append)

@@ -6,6 +6,7 @@ use crate::scene::{Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
 use crate::transport::emission_rays::EmissionRays;
 use crate::transport::view::{self, EmissionSamples, ViewPaths};
+use crate::transport::wavelengths;
 
 /// Rays per pixel that look where further rays are worth while, before the first jitter; another one comes with each doubling
 /// of the jitters.
@@ -36,9 +37,7 @@ impl DirectEmission {
         self.level = brightness(paths, pilot);
     }
 
-    /// Traces further rays for a new jitter where rays that were thrown away saw differences. How many of those there are, and
-    /// what they see, depends on the jitter's number alone, so that passes can be shared out.
-    // [Emission rays]
+    /// Traces further rays for a new jitter, in the `scene` as its rays see it, where rays that were thrown away saw differences.
     pub fn trace(
         &mut self,
         scene: &dyn Scene,
@@ -46,15 +45,37 @@ impl DirectEmission {
         seed: u64,
         jitter: u64,
     ) -> SceneResult<()> {
-        let all: Vec<u32> = (0..self.rays.pixel_count() as u32).collect();
-        while self.lessons < FIRST_LESSONS + (jitter + 1).ilog2() {
-            // Numbered from the other end than jitters, so that no stream serves twice.
-            let number = u64::MAX - u64::from(self.lessons);
-            self.rays.note(&view::trace_emission(scene, plan, seed, number, &all)?);
-            self.lessons += 1;
-        }
         let pixels = self.rays.pixels(self.level);
         self.further = view::trace_emission(scene, plan, seed, jitter, &pixels)?;
+        Ok(())
+    }
+
+    /// Traces the rays to learn from that a jitter calls for, in the `scene` before it is tuned, and throws them away. How many there
+    /// are, and what they see, depends on the jitter's number alone, so that passes can be shared out: all see by the
+    /// wavelengths of the first jitter.
+    // [Emission rays]
+    pub fn learn(
+        &mut self,
+        scene: &dyn Scene,
+        plan: &Plan,
+        seed: u64,
+        jitter: u64,
+    ) -> SceneResult<()> {
+        let due = FIRST_LESSONS + (jitter + 1).ilog2();
+        if self.lessons >= due {
+            return Ok(());
+        }
+        let tuned = wavelengths::tuned(scene, seed, 0)?;
+        let scene = tuned.as_deref().unwrap_or(scene);
+        let mut plan = plan.clone();
+        plan.retune(scene.description());
+        let all: Vec<u32> = (0..self.rays.pixel_count() as u32).collect();
+        while self.lessons < due {
+            // Numbered from the other end than jitters, so that no stream serves twice.
+            let number = u64::MAX - u64::from(self.lessons);
+            self.rays.note(&view::trace_emission(scene, &plan, seed, number, &all)?);
+            self.lessons += 1;
+        }
         Ok(())
     }
 

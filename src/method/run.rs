@@ -326,8 +326,9 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     fn trace_emission(&mut self, jitter: u64) -> Result<(), RenderError> {
         if let Some(emission) = &mut self.emission {
             let clock = Instant::now();
-            let scene = self.tuned.as_deref().unwrap_or(self.scene);
-            emission.trace(scene, &self.plan, self.parameters.seed, jitter)?;
+            let (seed, now) = (self.parameters.seed, self.tuned.as_deref().unwrap_or(self.scene));
+            emission.learn(self.scene, &self.plan, seed, jitter)?;
+            emission.trace(now, &self.plan, seed, jitter)?;
             self.counters.add(&emission.further.counters);
             self.seconds.view += clock.elapsed().as_secs_f64();
         }

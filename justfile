@@ -79,4 +79,4 @@ fmt:
     cargo fmt
 
 doc:
-    cargo doc --no-deps
+    cargo doc --release --no-deps

@@ -61,7 +61,7 @@ pub type SceneResult<T> = Result<T, SceneError>;
 pub enum Extinction {
     /// `sigma_t` [1/length] is the same everywhere and in every direction.
     Constant(Rgb),
-    /// Ask [`Scene::extinction`]; the value is the shortest length [length] over which the
+    /// Ask [`Scene::extinction`]; the value is the shortest length \[length\] over which the
     /// extinction changes (a voxel's edge).
     Varying { feature_size: f32 },
 }
@@ -275,7 +275,7 @@ pub struct PathLimits {
 }
 
 impl PathLimits {
-    /// Probability with which Russian roulette lets a path go on that carries `weight` of what it started with. [Roulette]
+    /// Probability with which Russian roulette lets a path go on that carries `weight` of what it started with. \[Roulette\]
     pub fn survival(weight: f32, depth: u32) -> f32 {
         weight.min(1.0 - 2.0 / (depth as f32 + 40.0))
     }
@@ -578,7 +578,7 @@ pub struct PhotonSegments {
     /// Densities of the walk up to the origin with each channel as hero, relative to their mean,
     /// which is 1. [Miller 2019]
     pub density: Planes,
-    /// Distance [length] to the surface that ends the segment if nothing collides before; infinite
+    /// Distance \[length\] to the surface that ends the segment if nothing collides before; infinite
     /// where there is none.
     pub reach: Vec<f32>,
 }

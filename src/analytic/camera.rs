@@ -7,7 +7,7 @@ use glam::DVec3;
 pub enum Projection {
     /// A pinhole; the film's width spans twice this tangent.
     Perspective { half_width_tangent: f64 },
-    /// Parallel rays; the film's width spans `width` [length].
+    /// Parallel rays; the film's width spans `width` \[length\].
     Orthographic { width: f64 },
 }
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Profile {
     Uniform,
-    /// An atmosphere: extinction falls by `1/e` over every `scale_height` [length] along z.
+    /// An atmosphere: extinction falls by `1/e` over every `scale_height` \[length\] along z.
     Exponential {
         scale_height: f64,
     },

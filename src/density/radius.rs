@@ -41,7 +41,7 @@ impl std::str::FromStr for Schedule {
     }
 }
 
-/// Both radii [length] of one pass.
+/// Both radii \[length\] of one pass.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Radii {
     /// Of the disk around a visible point.

@@ -1,5 +1,5 @@
 //! Both sides of the C ABI: the scene that a renderer lends ([`HostScene`]), the functions that it
-//! calls ([`exports`]), Mitsuba embedded in this process ([`session`]), and a scene in Rust served as C would
+//! calls (`exports`), Mitsuba embedded in this process ([`session`]), and a scene in Rust served as C would
 //! serve it ([`loopback`]).
 //!
 //! The only module with `unsafe` code.

@@ -166,7 +166,7 @@ impl Population {
     /// Walks all states again, now that radii or receivers are others, and drops those that are not seen
     /// any more. Under a smaller radius the rest is uniform on what is visible now. Under other receivers
     /// it is not where a part of that was invisible before. As large as that part is, so large, roughly, is
-    /// the part that was lost: where more than [`LOST_SHARE`] was, all chains start anew.
+    /// the part that was lost: where more than `LOST_SHARE` was, all chains start anew.
     pub fn renew(
         &mut self,
         target: &Target,

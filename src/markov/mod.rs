@@ -13,7 +13,7 @@
 //!
 //! # Why a pass is unbiased
 //!
-//! Chains start, and are replaced, at visible walks of the uniform stream alone ([`chains`]). Such a
+//! Chains start, and are replaced, at visible walks of the uniform stream alone (`chains`). Such a
 //! walk is uniform on the visible part, mutations keep that distribution, and which chains are replaced
 //! depends on nothing but *whether* uniform walks were visible and on independent dice. So, given the
 //! visibility of all uniform walks, every state is uniform on the visible part, and `b`, which is a

@@ -24,7 +24,7 @@ pub fn mutate(u: f32, size: f32, rng: &mut impl Rng) -> f32 {
     }
 }
 
-/// The mutation size of a family, which drifts to where [`TARGET_ACCEPTANCE`] of the mutations are
+/// The mutation size of a family, which drifts to where `TARGET_ACCEPTANCE` of the mutations are
 /// accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MutationSize {

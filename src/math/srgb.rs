@@ -1,6 +1,6 @@
 //! The transfer curve of screens. [IEC 61966-2-1]
 
-/// What a screen is told for linear light, both in [0,1].
+/// What a screen is told for linear light, both in \[0,1\].
 pub fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear

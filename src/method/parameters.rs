@@ -92,7 +92,7 @@ pub struct Parameters {
     /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
     /// rest alone (`connections`); none = where that is likely to pay.
     pub connections: Option<bool>,
-    /// Samples of the lamps for each receiver that looks for them (`connection_samples`); 0 = [`SAMPLES_OF_CONNECTIONS`].
+    /// Samples of the lamps for each receiver that looks for them (`connection_samples`); 0 = `SAMPLES_OF_CONNECTIONS`.
     pub connection_samples: u32,
     /// Whether edges of lamps that are seen directly get rays of their own (`emission_rays`).
     pub emission_rays: bool,
@@ -112,9 +112,9 @@ pub struct Parameters {
     pub jitter_every: u32,
     /// Share of the photons kept from pass to pass, in (0,1) (`alpha`).
     pub alpha: f32,
-    /// Radius of a visible point's disk in the first pass [length]; 0 = from the pixel footprint.
+    /// Radius of a visible point's disk in the first pass \[length\]; 0 = from the pixel footprint.
     pub surface_radius: f32,
-    /// Radius of a view beam in the first pass [length]; 0 = from the pixel footprint.
+    /// Radius of a view beam in the first pass \[length\]; 0 = from the pixel footprint.
     pub medium_radius: f32,
     pub radius_schedule: Schedule,
     #[serde(flatten)]

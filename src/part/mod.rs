@@ -1,5 +1,5 @@
 //! Parts of a picture: what some passes of a render brought, with all that tells whether other passes belong to the same
-//! picture. A part is a file ([`Part::read`], [`Part::write`]); parts add up to what one render of all their passes gives
+//! picture. A part is a file ([`Part::read`], `Part::write`); parts add up to what one render of all their passes gives
 //! ([`Merger`]).
 
 mod file;

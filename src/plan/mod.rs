@@ -55,7 +55,7 @@ pub struct Wishes {
     /// Effects that are simulated though the scene does not call for them.
     pub forced: Effects,
     pub steering: Steering,
-    /// Which receivers find by themselves what comes straight from a lamp. [Connection]
+    /// Which receivers find by themselves what comes straight from a lamp. \[Connection\]
     pub connections: Connections,
     /// Whether view rays go on in the sharp directions of glossy surfaces. [Glossy chain]
     pub glossy_chains: bool,
@@ -77,7 +77,7 @@ impl From<PathLimits> for Wishes {
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub rules: PathRules,
-    /// Which receivers find by themselves what comes straight from a lamp, and photons leave it out. [Connection]
+    /// Which receivers find by themselves what comes straight from a lamp, and photons leave it out. \[Connection\]
     pub connections: Connections,
     /// Which families may get chains.
     pub steering: Steering,

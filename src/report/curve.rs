@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Errors at growing times [s]; both above 0.
+/// Errors at growing times \[s\]; both above 0.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
     points: Vec<(f64, f64)>,

@@ -28,7 +28,7 @@ impl Exposure {
         }
     }
 
-    /// A pixel as the screen gets it, in [0,1], still linear.
+    /// A pixel as the screen gets it, in \[0,1\], still linear.
     pub fn expose(self, pixel: [f32; 3]) -> [f64; 3] {
         pixel.map(|value| {
             let exposed = f64::from(self.0 * value);

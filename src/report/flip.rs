@@ -2,7 +2,7 @@
 //!
 //! LDR-FLIP of Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for
 //! Alternating Images", HPG 2020; section numbers below are the paper's. Pictures are exposed alike by the
-//! reference's [`Exposure`] and clipped to [0,1]. 0 is no visible difference, 1 the largest.
+//! reference's [`Exposure`] and clipped to \[0,1\]. 0 is no visible difference, 1 the largest.
 
 use super::display::Exposure;
 use super::picture::Picture;
@@ -49,7 +49,7 @@ impl Flip {
         Flip { exposure, largest, seen: Seen::new(reference, exposure) }
     }
 
-    /// Error per pixel in [0,1]. The picture must have the reference's size.
+    /// Error per pixel in \[0,1\]. The picture must have the reference's size.
     pub fn errors(&self, picture: &Picture) -> Vec<f64> {
         assert_eq!(picture.pixels.len(), self.seen.colour.len(), "pictures of one size");
         let seen = Seen::new(picture, self.exposure);

@@ -13,7 +13,7 @@ pub struct Errors {
     /// Mean of the squared differences, each over the reference's square; see [`relative_mse`].
     #[serde(deserialize_with = "or_nan")]
     pub relative_mse: f64,
-    /// Mean perceptual error in [0,1]; see [`super::flip`].
+    /// Mean perceptual error in \[0,1\]; see [`super::flip`].
     #[serde(deserialize_with = "or_nan")]
     pub flip: f64,
 }

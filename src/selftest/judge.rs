@@ -40,7 +40,7 @@ impl Estimate {
         self.students_t().inverse_cdf(1.0 - 0.5 * level) * self.standard_error
     }
 
-    /// Deviation from an interval in standard errors, cut off at [`FAR`]: 0 inside, and 0 where rounding alone
+    /// Deviation from an interval in standard errors, cut off at `FAR`: 0 inside, and 0 where rounding alone
     /// is left.
     pub fn z(&self, low: f64, high: f64) -> f64 {
         let deviation = self.mean - self.mean.clamp(low, high);

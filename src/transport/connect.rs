@@ -1,5 +1,5 @@
 //! Connections: what comes straight from lamps is looked for from visible points and view beams, and photons leave it
-//! out. [Connection]
+//! out. \[Connection\]
 
 use super::beam_sample::{self, BeamSample, NUMBERS};
 use super::counters::Counters;

@@ -61,7 +61,7 @@ impl<T> std::ops::IndexMut<Family> for PerFamily<T> {
 pub struct MediumPhoton {
     pub position: Vec3,
     pub direction: Vec3,
-    /// [W] per emitted walk, the albedo applied.
+    /// \[W\] per emitted walk, the albedo applied.
     pub flux: Rgb,
     pub medium: u32,
     pub depth: u32,
@@ -75,11 +75,11 @@ pub struct SurfacePhoton {
     pub direction: Vec3,
     /// As the shape is oriented.
     pub geometric_normal: Vec3,
-    /// [W] per emitted walk, before the BSDF.
+    /// \[W\] per emitted walk, before the BSDF.
     pub flux: Rgb,
     pub depth: u32,
     pub walk: u32,
-    /// Whether visible points find this light by themselves, on the viewer's side. [Connection]
+    /// Whether visible points find this light by themselves, on the viewer's side. \[Connection\]
     pub is_found: bool,
 }
 
@@ -91,7 +91,7 @@ pub enum Event {
     Surface(SurfacePhoton),
 }
 
-/// Whether receivers find by themselves what comes along a lane's segment. [Connection]
+/// Whether receivers find by themselves what comes along a lane's segment. \[Connection\]
 pub fn is_found(v: &PhotonVertices, lane: usize, plan: &Plan, family: Family) -> bool {
     let connects = match family {
         Family::Surface => plan.connections.visible_points,

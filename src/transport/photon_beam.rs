@@ -115,7 +115,7 @@ impl PhotonBeam {
         varying && self.attenuation != Attenuation::None
     }
 
-    /// Flux [W] per emitted walk at distance `t`.
+    /// Flux \[W\] per emitted walk at distance `t`.
     // [Short beam] [Long beam]
     pub fn flux_at(&self, t: f32, media: &[Medium], tables: &TransmittanceTables) -> Rgb {
         let tr = || match media[self.medium as usize].extinction {

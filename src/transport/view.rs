@@ -98,7 +98,7 @@ pub struct ViewPaths {
     /// Of each beam, and where each point is; empty once trees hold them.
     pub beam_segments: Vec<Segment>,
     pub point_positions: Vec<Vec3>,
-    /// Distance travelled from the eye to the middle of each beam and to each point [length], and the medium on the
+    /// Distance travelled from the eye to the middle of each beam and to each point \[length\], and the medium on the
     /// viewer's side of each point; empty in passes.
     pub beam_distances: Vec<f32>,
     pub point_distances: Vec<f32>,

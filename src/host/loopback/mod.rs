@@ -1,5 +1,5 @@
 //! The C ABI there and back: a scene in Rust is served as a renderer in C would serve its own, and the engine
-//! renders it through [`super::exports`]. With it tests and fuzzers drive the ABI without Mitsuba.
+//! renders it through `super::exports`. With it tests and fuzzers drive the ABI without Mitsuba.
 
 mod served;
 

@@ -27,7 +27,7 @@ fn gauss_legendre() -> [(f64, f64); ORDER] {
     })
 }
 
-/// Integral over `[a, b]`, cut into panels of [`ORDER`] nodes each.
+/// Integral over `[a, b]`, cut into panels of `ORDER` nodes each.
 pub fn integrate(a: f64, b: f64, panels: usize, f: impl Fn(f64) -> f64) -> f64 {
     let nodes = &*NODES;
     let half = 0.5 * (b - a) / panels as f64;

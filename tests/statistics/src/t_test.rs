@@ -1,7 +1,7 @@
 //! Estimates are judged by Student's t-test, not by an epsilon.
 //!
 //! Every comparison asks two things: is the mean of independent renders compatible with the closed
-//! form, and would a fault of [`DETECTABLE`] have been noticed? The first alone could be passed by
+//! form, and would a fault of `DETECTABLE` have been noticed? The first alone could be passed by
 //! noise.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};

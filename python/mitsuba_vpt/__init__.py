@@ -21,7 +21,8 @@ from ._denoise import Denoised, denoise  # noqa: E402
 from ._display import Monitor  # noqa: E402
 from ._plugin import install, plugin_dir  # noqa: E402
 from ._program import ProgramError, run  # noqa: E402
-from ._progress import Progress, observe, render  # noqa: E402
+from ._progress import observe, render  # noqa: E402
+from ._state import Progress  # noqa: E402
 
 install()
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ._pictures import html_image
 
 if TYPE_CHECKING:
-    from ._progress import Progress
+    from ._state import Progress
 
 #: Seconds between two lines where no terminal rewrites them.
 SLOWLY = 10.0

@@ -29,6 +29,7 @@ mod memory;
 mod merge;
 mod metadata;
 mod metrics;
+mod notices;
 mod plugin_dir;
 mod progress;
 mod reproduce;

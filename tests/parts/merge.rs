@@ -13,6 +13,7 @@ fn merged_parts_are_the_whole_bit_by_bit() {
         ("apa", "--method apa"),
         ("ppb", "--method ppb --set photons=2000 --set jitter_every=2"),
         ("paper", "--set preset=paper --set photons=3000 --set jitter_every=2"),
+        ("spectral", "--variant scalar_spectral --layers"),
     ] {
         desk.must(&format!("render scene.xml {options} --seed 3 -o whole.exr -q"));
         for range in ["0..2", "2..4", "4.."] {

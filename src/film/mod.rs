@@ -3,6 +3,7 @@
 pub mod error;
 mod exact;
 pub mod layers;
+pub mod round;
 
 pub use exact::ExactSums;
 

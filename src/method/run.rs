@@ -13,6 +13,7 @@ use crate::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use crate::effect::Effect;
 use crate::film::error::{ErrorEstimate, ErrorSums};
 use crate::film::layers::LayerSums;
+use crate::film::round::Round;
 use crate::film::{add_bias, add_jitter, Emission, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::{Connections, Plan};
@@ -139,6 +140,8 @@ pub struct Run<'a, R> {
     gathered: Gathered,
     /// None where emission that is seen directly gets no rays of its own.
     emission: Option<DirectEmission>,
+    /// What of the present round of jitters the estimate has not seen yet.
+    round: Round,
     estimate: Option<ErrorEstimate>,
     counters: Counters,
     seconds: PhaseSeconds,
@@ -211,6 +214,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             receivers,
             gathered: Gathered::new(scene.description(), emission.is_some(), layers, error),
             emission,
+            round: Round::new(scene.description().channel_colours.is_some()),
             estimate: None,
             counters,
             seconds,
@@ -432,8 +436,10 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             if let Some(emission) = &emission {
                 film.add_channels(emission, description.film_channels as usize);
             }
-            error.add(&film, &bias);
-            self.estimate = error.estimate();
+            if let Some((picture, bias)) = self.round.add(self.jitter, film, bias) {
+                error.add(&picture, &bias);
+                self.estimate = error.estimate();
+            }
         }
         self.sums.clear();
         self.passes_of_jitter = 0;

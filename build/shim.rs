@@ -56,6 +56,8 @@ pub fn compile(sdk: &Sdk) -> Result<(), Failure> {
         // Third parties' headers must not drown our own warnings.
         build.flag("-isystem").flag(folder);
     }
+    // Their messages name the header that they come from: not by a folder of this machine.
+    build.flag(format!("-ffile-prefix-map={}/=", sdk.root.display()));
     // cc has shown the compiler's messages and the command by then.
     build.files(sources()?).try_compile(LIBRARY).map_err(|_| {
         Failure::new(

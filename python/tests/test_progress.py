@@ -172,7 +172,7 @@ def test_ctrl_c_ends_the_render_and_reaches_the_caller(variant):
     # The loop of plain Python that follows is interrupted as ever.
     process.send_signal(signal.SIGINT)
     said, error = process.communicate(timeout=60)
-    assert said.strip() == "interrupted again"
+    assert said.removesuffix("\x1b[0m").strip() == "interrupted again"
     assert (process.returncode, error) == (0, "")
 
 

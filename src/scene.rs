@@ -189,6 +189,27 @@ pub struct SceneDescription {
     pub warnings: Vec<String>,
 }
 
+#[cfg(test)]
+impl SceneDescription {
+    /// A film without a border, and nothing else.
+    pub fn of_film(size: [u32; 2], channels: u32) -> Self {
+        SceneDescription {
+            film_size: size,
+            film_offset: [0, 0],
+            film_channels: channels,
+            film_pixels: size[0] * size[1],
+            film_width: size[0],
+            channel_colours: None,
+            media: Vec::new(),
+            bounds: Aabb::EMPTY,
+            surfaces: Vec::new(),
+            emitters: Vec::new(),
+            sensor: SensorFacts::default(),
+            warnings: Vec::new(),
+        }
+    }
+}
+
 impl SceneDescription {
     /// Whether a ray that leaves the scene sees light.
     pub fn has_environment(&self) -> bool {

@@ -12,7 +12,7 @@ use super::merge::write_picture;
 use super::metadata::{metadata, Making};
 use super::notices::{announce, cause, conclude, display, no_picture};
 use super::progress::{Display, Reporter};
-use super::statistics::{Ending, Facts, Report};
+use super::statistics::{self, Ending};
 use super::{print_result, text};
 use anyhow::{anyhow, Context};
 use std::fs::File;
@@ -74,19 +74,7 @@ pub fn render(
         };
         job.picture.replace(write).map_err(Failure::failed)?;
     }
-    if let Some(target) = &job.stats {
-        let facts = Facts {
-            variant: session.variant(),
-            film_size: ground.film.size,
-            notes: scene.notes(),
-            load_seconds,
-            peak_memory: memory.peak(),
-            render_memory: memory.growth(),
-            ending,
-            stats,
-        };
-        Report::new(job, &facts).write(target).map_err(Failure::failed)?;
-    }
+    statistics::write(job, session, scene, load_seconds, &memory, ending, stats)?;
     if job.first_pass.is_none() {
         return conclude(job, stats);
     }

@@ -11,7 +11,7 @@ use super::memory::Watch;
 use super::metadata::{metadata, Making};
 use super::notices::{announce, cause, conclude, display, no_picture};
 use super::progress::Reporter;
-use super::statistics::{Ending, Facts, Report};
+use super::statistics::{self, Ending};
 use super::{say, text};
 use anyhow::Context;
 use std::path::Path;
@@ -31,7 +31,6 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     if job.first_pass.is_some() || job.checkpoint.is_some() {
         return gather::render(job, &session, &scene, load_seconds);
     }
-    let film_size = scene.film_size(job.sensor);
     let scene_hash = hash(job);
 
     let memory = Watch::begin();
@@ -40,21 +39,7 @@ pub fn render(job: &RenderJob) -> Result<(), Failure> {
     job.picture.replace(|aside| write(job, &scene, &metadata, aside)).map_err(Failure::failed)?;
     let picture = || Ok(scene.read_rgb()?.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect());
     live.conclude(picture).map_err(Failure::failed)?;
-    if let Some(target) = &job.stats {
-        let (variant, notes) = (session.variant(), scene.notes());
-        let (peak_memory, render_memory) = (memory.peak(), memory.growth());
-        let facts = Facts {
-            variant,
-            film_size,
-            notes,
-            load_seconds,
-            peak_memory,
-            render_memory,
-            ending,
-            stats: &stats,
-        };
-        Report::new(job, &facts).write(target).map_err(Failure::failed)?;
-    }
+    statistics::write(job, &session, &scene, load_seconds, &memory, ending, &stats)?;
     conclude(job, &stats)
 }
 

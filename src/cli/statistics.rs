@@ -1,9 +1,11 @@
 //! The file that `--stats` writes.
 
+use super::failure::Failure;
 use super::job::RenderJob;
-use super::target::Target;
+use super::memory::Watch;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use vpt::host::session::{LoadedScene, Session};
 use vpt::method::Stats;
 
 /// What ended a render.
@@ -30,7 +32,7 @@ impl Ending {
 
 /// A render in numbers, with everything that it takes to repeat it.
 #[derive(Debug, Serialize)]
-pub struct Report<'a> {
+struct Report<'a> {
     version: &'static str,
     variant: &'a str,
     scene: String,
@@ -52,44 +54,36 @@ pub struct Report<'a> {
     stats: &'a Stats,
 }
 
-/// What a report takes from the render, besides the job.
-pub struct Facts<'a> {
-    pub variant: &'a str,
-    pub film_size: [u32; 2],
-    pub notes: &'a [String],
-    pub load_seconds: f64,
-    /// Bytes.
-    pub peak_memory: Option<u64>,
-    pub render_memory: Option<u64>,
-    pub ending: Ending,
-    pub stats: &'a Stats,
-}
-
-impl<'a> Report<'a> {
-    pub fn new(job: &'a RenderJob, facts: &Facts<'a>) -> Self {
-        Report {
-            version: env!("CARGO_PKG_VERSION"),
-            variant: facts.variant,
-            scene: job.scene.path.display().to_string(),
-            picture: job.picture.path().display().to_string(),
-            film_size: facts.film_size,
-            sensor: job.sensor,
-            seed: job.seed,
-            defines: as_map(&job.scene.defines),
-            settings: as_map(&job.scene.settings),
-            ending: facts.ending,
-            load_seconds: facts.load_seconds,
-            peak_memory_bytes: facts.peak_memory,
-            render_memory_bytes: facts.render_memory,
-            notes: facts.notes,
-            stats: facts.stats,
-        }
-    }
-
-    pub fn write(&self, target: &Target) -> anyhow::Result<()> {
-        let json = serde_json::to_string_pretty(self)?;
-        target.replace(|aside| Ok(std::fs::write(aside, json + "\n")?))
-    }
+/// Writes the report, if the job wants one.
+pub fn write(
+    job: &RenderJob,
+    session: &Session,
+    scene: &LoadedScene,
+    load_seconds: f64,
+    memory: &Watch,
+    ending: Ending,
+    stats: &Stats,
+) -> Result<(), Failure> {
+    let Some(target) = &job.stats else { return Ok(()) };
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        variant: session.variant(),
+        scene: job.scene.path.display().to_string(),
+        picture: job.picture.path().display().to_string(),
+        film_size: scene.film_size(job.sensor),
+        sensor: job.sensor,
+        seed: job.seed,
+        defines: as_map(&job.scene.defines),
+        settings: as_map(&job.scene.settings),
+        ending,
+        load_seconds,
+        peak_memory_bytes: memory.peak(),
+        render_memory_bytes: memory.growth(),
+        notes: scene.notes(),
+        stats,
+    };
+    let json = serde_json::to_string_pretty(&report).map_err(Failure::failed)? + "\n";
+    target.replace(|aside| Ok(std::fs::write(aside, json)?)).map_err(Failure::failed)
 }
 
 fn as_map(pairs: &[(String, String)]) -> BTreeMap<&str, &str> {

@@ -371,8 +371,6 @@ fn means_of_line(line: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::analytic::FILM_CHANNELS;
-    use crate::math::Aabb;
-    use crate::scene::SensorFacts;
     use rand::{Rng, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -381,20 +379,8 @@ mod tests {
     const WEIGHT: f64 = 4.0;
 
     fn sums() -> ErrorSums {
-        let description = SceneDescription {
-            film_size: [WIDTH as u32, HEIGHT as u32],
-            film_offset: [0, 0],
-            film_channels: FILM_CHANNELS as u32,
-            film_pixels: (WIDTH * HEIGHT) as u32,
-            film_width: WIDTH as u32,
-            channel_colours: None,
-            media: vec![],
-            bounds: Aabb::EMPTY,
-            surfaces: Vec::new(),
-            emitters: Vec::new(),
-            sensor: SensorFacts::default(),
-            warnings: vec![],
-        };
+        let size = [WIDTH as u32, HEIGHT as u32];
+        let description = SceneDescription::of_film(size, FILM_CHANNELS as u32);
         ErrorSums::new(&description, 0.7, false)
     }
 

@@ -129,8 +129,6 @@ fn film_pixel(description: &SceneDescription, ray: usize) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Aabb;
-    use crate::scene::SensorFacts;
 
     /// A film of 4 x 3 pixels within a border of one.
     #[test]
@@ -138,16 +136,7 @@ mod tests {
         let description = SceneDescription {
             film_size: [6, 5],
             film_offset: [-1, -1],
-            film_channels: 5,
-            film_pixels: 12,
-            film_width: 4,
-            channel_colours: None,
-            media: vec![],
-            bounds: Aabb::EMPTY,
-            surfaces: Vec::new(),
-            emitters: Vec::new(),
-            sensor: SensorFacts::default(),
-            warnings: vec![],
+            ..SceneDescription::of_film([4, 3], 5)
         };
         let pixels: Vec<_> = (0..30).filter_map(|ray| film_pixel(&description, ray)).collect();
         assert_eq!(pixels, (0..12).collect::<Vec<_>>());

@@ -201,7 +201,7 @@ impl<'a> Gathering<'a> {
             }
             return Ok(0);
         };
-        let differences = part.ground.differences_but_photons(&self.ground);
+        let differences = part.ground.differences_but_learnt(&self.ground);
         if !differences.is_empty() {
             let path = checkpoint.path().to_owned();
             return Err(CheckpointError::OtherPicture { path, differences });

@@ -19,7 +19,7 @@ pub struct DirectEmission {
     /// What rays beyond one per pixel saw in the present jitter.
     pub further: EmissionSamples,
     /// Mean brightness of the picture.
-    level: f32,
+    pub level: f32,
 }
 
 impl DirectEmission {
@@ -35,6 +35,16 @@ impl DirectEmission {
     /// Learns how bright the picture is, by a pilot pass at these paths.
     pub fn learn_level(&mut self, paths: &ViewPaths, pilot: &PixelSums) {
         self.level = brightness(paths, pilot);
+    }
+
+    /// The share of the pixels where further rays are worth while.
+    pub fn share(&self) -> f64 {
+        self.rays.marked(self.level).len() as f64 / self.rays.pixel_count().max(1) as f64
+    }
+
+    /// So many further rays per pixel of the film are to be traced in a jitter.
+    pub fn spend(&mut self, rays_per_pixel: f64) {
+        self.rays.budget = rays_per_pixel;
     }
 
     /// Traces further rays for a new jitter, in the `scene` as its rays see it, where rays that were thrown away saw differences.

@@ -31,23 +31,26 @@ impl Ground<'_> {
         let clock = Instant::now();
         let paths = view::trace(self.scene, self.plan, self.seed, jitter)?;
         seconds.view += clock.elapsed().as_secs_f64();
-        self.receivers(paths, jitter, prepare, counters, seconds)
+        self.receivers(paths, Some(jitter), prepare, counters, seconds)
     }
 
+    /// Makes receivers of ray paths; without a jitter they are there for a trial, which has connected them already.
     pub fn receivers<R: HoldsReceivers>(
         &self,
         mut paths: ViewPaths,
-        jitter: u64,
+        jitter: Option<u64>,
         prepare: fn(ViewPaths) -> R,
         counters: &mut Counters,
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
         let clock = Instant::now();
-        if self.layers {
-            paths.keep_layers_apart();
-        }
-        if self.plan.connections.any() {
-            connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
+        if let Some(jitter) = jitter {
+            if self.layers {
+                paths.keep_layers_apart();
+            }
+            if self.plan.connections.any() {
+                connect::connect(self.scene, self.plan, self.seed, jitter, &mut paths)?;
+            }
         }
         counters.add(&paths.counters);
         paths.shrink_for_passes();

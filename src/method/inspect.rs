@@ -1,6 +1,5 @@
 //! What a scene calls for and what that costs, found out by a small render of each kind.
 
-use super::balance;
 use super::{begin, Parameters, RenderError, Stats};
 use crate::effect::Effects;
 use crate::scene::Scene;
@@ -31,12 +30,9 @@ pub fn inspect(scene: &dyn Scene, parameters: &Parameters) -> Result<Inspection,
     let called_for = one_pass(scene, &probe)?;
     let photons = match parameters.photons {
         0 => {
-            let [width, height] = scene.description().film_size.map(u64::from);
-            balance::photons(
-                width * height,
-                called_for.connections.per_receiver(),
-                &called_for.counters,
-            )
+            let mut render = begin(scene, parameters)?;
+            render.learn()?;
+            render.parameters().photons
         }
         given => given,
     };

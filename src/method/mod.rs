@@ -18,6 +18,7 @@ mod ppt_metro;
 mod preset;
 mod run;
 mod stats;
+mod trial;
 
 pub use crate::film::error::ErrorEstimate;
 pub use crate::transport::counters::Counters;

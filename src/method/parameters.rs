@@ -13,8 +13,6 @@ const FEWEST_PHOTONS: u64 = 1 << 14;
 /// Passes at the same view rays where chains shoot: their states are seen anew at each change.
 const PASSES_OF_CHAINS: u32 = 4;
 
-/// Samples of the lamps for each receiver, where none are given: what they cost is about what the ray path to the receiver does.
-const SAMPLES_OF_CONNECTIONS: u32 = 4;
 const MOST_SAMPLES_OF_CONNECTIONS: u32 = 1024;
 
 /// The algorithm that renders. [Collin 2013 §6]
@@ -90,9 +88,9 @@ pub struct Parameters {
     /// How far photon beams reach.
     pub photon_beams: BeamKind,
     /// Whether view beams and visible points find by themselves what comes straight from a lamp, so that photons carry the
-    /// rest alone (`connections`); none = where that is likely to pay.
+    /// rest alone (`connections`); none = where a trial finds less noise for the time.
     pub connections: Option<bool>,
-    /// Samples of the lamps for each receiver that looks for them (`connection_samples`); 0 = `SAMPLES_OF_CONNECTIONS`.
+    /// Samples of the lamps for each receiver that looks for them (`connection_samples`); 0 = by how noisy they are.
     pub connection_samples: u32,
     /// Whether edges of lamps that are seen directly get rays of their own (`emission_rays`).
     pub emission_rays: bool,
@@ -106,7 +104,7 @@ pub struct Parameters {
     pub passes: u32,
     /// Number of the first of them; not 0 where those before it are rendered elsewhere.
     pub first_pass: u32,
-    /// Walks emitted per pass (`photons`); 0 = by the film's pixels and what photons cost in the scene.
+    /// Walks emitted per pass (`photons`); 0 = by how noisy they are in the scene and what they cost.
     pub photons: u64,
     /// View rays are jittered and both trees rebuilt every so many passes (`jitter_every`); 0 = by the way of shooting.
     pub jitter_every: u32,
@@ -237,10 +235,7 @@ impl Parameters {
             Shooting::Auto => Steering::Measured,
         };
         let Parameters { limits, effects: forced, glossy_chains, .. } = *self;
-        let samples = match self.connection_samples {
-            0 => SAMPLES_OF_CONNECTIONS,
-            given => given,
-        };
+        let samples = self.connection_samples.max(1);
         let wanted = self.connections == Some(true);
         let connections = Connections { visible_points: wanted, view_beams: wanted, samples };
         Plan::new(scene, Wishes { limits, forced, steering, connections, glossy_chains })

@@ -17,8 +17,8 @@ use crate::transport::store::{Storage, StoredPhotons};
 use std::cell::Cell;
 use std::time::Instant;
 
-/// A number that no pass of a picture has: its photons are drawn from a stream of their own.
-pub const PILOT_PASS: u64 = u64::MAX;
+/// Numbers that no pass of a picture has: photons of pilots are drawn from streams of their own.
+pub const PILOT_PASSES: [u64; 2] = [u64::MAX, u64::MAX - 1];
 
 /// What one pass works with.
 pub struct Pass<'a, R> {
@@ -31,6 +31,8 @@ pub struct Pass<'a, R> {
     /// Walks to be shot; a pilot shoots fewer than other passes do.
     pub walks: u64,
     pub walks_per_pass: u64,
+    /// Whether the method may learn from its receivers.
+    pub teaches: bool,
     /// Whether the pass is the first after new ray paths took the place of others.
     pub receivers_changed: bool,
     /// What the shooter reported.
@@ -46,7 +48,7 @@ impl<R: HoldsReceivers> Pass<'_, R> {
 
     /// Whether what the pass brings is thrown away.
     pub fn is_pilot(&self) -> bool {
-        self.number == PILOT_PASS
+        PILOT_PASSES.contains(&self.number)
     }
 
     /// Shoots the pass's photons and keeps them.

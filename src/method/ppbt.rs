@@ -19,7 +19,9 @@ pub fn begin<'a>(
     let run = Run::new(scene, parameters, KernelDimensions::BEAMS, jitter_every, Receivers::build)?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Beams(pass.parameters.photon_beams));
-        shooter.learn(&target, pass.walks_per_pass)?;
+        if pass.teaches {
+            shooter.learn(&target, pass.walks_per_pass)?;
+        }
         Ok(shooter.shoot(&target, pass.number, pass.walks, sums)?)
     }))
 }

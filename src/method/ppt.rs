@@ -25,7 +25,9 @@ pub fn begin<'a>(
     )?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Points);
-        shooter.learn(&target, pass.walks_per_pass)?;
+        if pass.teaches {
+            shooter.learn(&target, pass.walks_per_pass)?;
+        }
         Ok(shooter.shoot(&target, pass.number, pass.walks, sums)?)
     }))
 }

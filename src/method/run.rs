@@ -1,11 +1,12 @@
 //! What all methods share: passes, jitters, radii, the film, clocks and counters.
 
-use super::balance;
+use super::balance::{self, Choice, Given};
 use super::effects::EffectReport;
 use super::emission::DirectEmission;
 use super::gathered::Gathered;
 use super::ground::{first_radii, Ground};
-use super::pass::{Pass, PILOT_PASS};
+use super::pass::{Pass, PILOT_PASSES};
+use super::trial::{Pilots, Trial};
 use super::{
     Counters, Outcome, ParameterError, Parameters, PhaseSeconds, Progress, RenderError, Stats,
 };
@@ -37,19 +38,22 @@ pub trait Progressive {
     /// are this one's.
     fn take_up(&mut self, earlier: Gathered);
 
+    /// Learns what passes go by; the first pass does so if nobody did before.
+    fn learn(&mut self) -> Result<(), RenderError>;
+
     /// Runs the next pass, whatever the number of passes in the parameters.
     fn advance(&mut self) -> Result<(), RenderError>;
 
     /// What the jitters that ended brought; passes of the present one are not in it.
     fn gathered(&self) -> &Gathered;
 
-    /// Parameters as they are in force. The photons per pass are not 0 once a pass is done.
+    /// Parameters as they are in force. The photons per pass are not 0 once they are learnt.
     fn parameters(&self) -> &Parameters;
 
     /// Radii of the first of all passes, wherever this render begins.
     fn initial_radii(&self) -> Radii;
 
-    /// Which receivers look for lamps by themselves.
+    /// Which receivers look for lamps by themselves; before that is learnt, which may.
     fn connections(&self) -> Connections;
 
     /// The film of all passes so far, those of the present jitter among them.
@@ -81,8 +85,12 @@ where
         self.run.take_up(earlier);
     }
 
+    fn learn(&mut self) -> Result<(), RenderError> {
+        self.run.learn_when_due(&mut self.body)
+    }
+
     fn advance(&mut self) -> Result<(), RenderError> {
-        self.run.learn_when_due(&mut self.body)?;
+        self.learn()?;
         let receivers_changed = self.run.jitter_when_due()?;
         self.run.pass(receivers_changed, &mut self.body)?;
         self.run.end_jitter_when_due()
@@ -130,8 +138,9 @@ pub struct Run<'a, R> {
     /// Passes done, those that were taken up among them, and those of them that shot at the present receivers.
     passes: u32,
     passes_of_jitter: u32,
-    /// The jitter of the present receivers; all that is learnt is learnt from the first of all.
-    jitter: u64,
+    /// The jitter of the present receivers, none if they are there for a trial; all that is learnt is learnt from the first of all.
+    jitter: Option<u64>,
+    trial: Option<Trial>,
     has_learnt: bool,
     initial_radii: Radii,
     radii: RadiusSequence,
@@ -174,27 +183,29 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let now = tuned.as_deref().unwrap_or(scene);
         plan.retune(now.description());
         let clock = Instant::now();
-        let paths = view::trace(now, &plan, parameters.seed, 0)?;
+        let mut paths = view::trace(now, &plan, parameters.seed, 0)?;
         if parameters.connections.is_none() {
             plan.connections = connect::worthwhile(now, &plan, parameters.seed, &paths)?;
         }
-        seconds.view += clock.elapsed().as_secs_f64();
         let (first_radii, least_radii) =
             (first_radii(now, parameters, &paths)?, resolvable_radii(&paths));
-        let ground =
-            Ground { scene: now, seed: parameters.seed, plan: &plan, layers: parameters.layers };
-        let receivers = ground.receivers(paths, 0, prepare, &mut counters, &mut seconds)?;
+        let seed = parameters.seed;
+        let ground = Ground { scene: now, seed, plan: &plan, layers: parameters.layers };
+        let is_tried = is_open(parameters, plan.connections);
+        let trial =
+            is_tried.then(|| Trial::new(&ground, plan.connections, &mut paths)).transpose()?;
+        seconds.view += clock.elapsed().as_secs_f64();
+        let jitter = trial.is_none().then_some(0);
+        let receivers = ground.receivers(paths, jitter, prepare, &mut counters, &mut seconds)?;
         let wants_emission_rays =
             parameters.emission_rays && plan.simulates(Effect::DirectEmission);
-        let connects = plan.connections.any();
         let (alpha, schedule) = (parameters.alpha, parameters.radius_schedule);
         let mut radii =
             RadiusSequence::new(first_radii, alpha, schedule, kernels).not_below(least_radii);
         let initial_radii = radii.current();
         radii.advance_by(parameters.first_pass);
         let emission = wants_emission_rays.then(|| DirectEmission::new(scene.description()));
-        let error =
-            parameters.estimate_error.then(|| ErrorSums::new(scene.description(), alpha, connects));
+        let error = error_sums(scene, parameters, plan.connections);
         let layers = parameters.layers.then(|| LayerSums::new(scene.description()));
         Ok(Run {
             scene,
@@ -206,7 +217,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             prepare,
             passes: 0,
             passes_of_jitter: 0,
-            jitter: 0,
+            jitter,
+            trial,
             has_learnt: false,
             initial_radii,
             radii,
@@ -259,58 +271,132 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     /// with the first radii, whichever passes are its own, so that passes can be shared out.
     fn learn_when_due(
         &mut self,
-        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+        body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<(), RenderError> {
         if std::mem::replace(&mut self.has_learnt, true) {
             return Ok(());
         }
-        let begins_later = self.next_number() > 0;
-        if self.parameters.photons == 0 || self.emission.is_some() || begins_later {
-            self.pilot(body)?;
+        let clock = Instant::now();
+        if let Some(trial) = self.trial.take() {
+            self.choose(&trial, body)?;
+        } else if self.emission.is_some() || self.next_number() > 0 {
+            let pilots = self.pilots(self.plan.connections, true, body)?;
+            if let Some(emission) = &mut self.emission {
+                emission.learn_level(self.receivers.as_ref(), &pilots.sums[0]);
+            }
         }
-        if self.next_number() < u64::from(self.jitter_every) {
+        self.seconds.photons += clock.elapsed().as_secs_f64();
+        if self.jitter.is_some() && self.next_number() < u64::from(self.jitter_every) {
             self.trace_emission(0)?;
         }
         Ok(())
     }
 
-    /// Runs a pilot, whose picture and counts are thrown away: it chooses the photons of all passes, unless they are given, and
-    /// teaches the method and the rays for emission.
-    fn pilot(
+    /// Runs two pilots, whose pictures and counts are thrown away; they teach the method, too.
+    fn pilots(
+        &self,
+        connections: Connections,
+        teaches: bool,
+        body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<Pilots, RenderError> {
+        let plan = self.plan.connecting(connections);
+        let pilot = balance::pilot(self.sums.len() as u64);
+        let walks_per_pass = match self.parameters.photons {
+            0 => pilot,
+            given => given,
+        };
+        let mut counters = Counters::default();
+        let mut run = |number| -> Result<PixelSums, RenderError> {
+            let mut thrown_away = self.receivers.as_ref().new_sums();
+            let pass = Pass {
+                plan: &plan,
+                radii: self.initial_radii,
+                walks: pilot.min(walks_per_pass),
+                walks_per_pass,
+                teaches,
+                ..self.next_pass(number, false)
+            };
+            counters.add(&body(&pass, &mut thrown_away)?);
+            Ok(thrown_away)
+        };
+        let [first, second] = PILOT_PASSES;
+        let sums = [run(first)?, run(second)?];
+        Ok(Pilots { sums, counters })
+    }
+
+    /// Chooses, by a trial and by pilots, what nobody gave: who looks for lamps and how often, photons, rays for emission.
+    // [Shares of a pass]
+    fn choose(
         &mut self,
-        body: impl FnOnce(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+        trial: &Trial,
+        body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<(), RenderError> {
-        let clock = Instant::now();
-        let pixels = self.sums.len() as u64;
-        let (given, pilot) = (self.parameters.photons, balance::pilot(pixels));
-        let walks_per_pass = if given == 0 { pilot } else { given };
-        let mut thrown_away = self.receivers.as_ref().new_sums();
+        let (candidates, pixels) = (trial.candidates, self.sums.len() as u64);
+        let Parameters { seed, photons, connections, connection_samples, .. } = self.parameters;
+        let is_free = connections.is_none() || !candidates.any();
+        let alone = is_free.then(|| self.pilots(Connections::NONE, true, body)).transpose()?;
+        // By the guide of the first pilots: to learn another one is dear, and these photons are among those.
+        let beside =
+            candidates.any().then(|| self.pilots(candidates, !is_free, body)).transpose()?;
+        let (alone, beside) = (alone.as_ref(), beside.as_ref());
+        if let Some(emission) = &mut self.emission {
+            emission.level = trial.level(alone, beside);
+            emission.learn(self.scene, &self.plan, seed, 0)?;
+        }
+        let emission_share = self.emission.as_ref().map(DirectEmission::share);
+        let given = Given {
+            photons_per_pixel: (photons > 0).then(|| photons as f64 / pixels as f64),
+            lamp_samples: (connection_samples > 0).then_some(f64::from(connection_samples)),
+            passes: f64::from(self.jitter_every),
+        };
+        let choice =
+            balance::choose(&trial.judge(alone, beside, emission_share), candidates, given);
+        self.take(choice);
+        if is_free && choice.connections.any() {
+            self.teach(body)?;
+        }
+        Ok(())
+    }
+
+    /// Has the method learn for the connections that were chosen, by a pass that is thrown away and shoots next to nothing.
+    fn teach(
+        &self,
+        body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<(), RenderError> {
         let pass = Pass {
             radii: self.initial_radii,
-            walks: pilot.min(walks_per_pass),
-            walks_per_pass,
-            ..self.next_pass(PILOT_PASS, false)
+            walks: 1,
+            walks_per_pass: balance::pilot(self.sums.len() as u64),
+            ..self.next_pass(PILOT_PASSES[0], false)
         };
-        let counters = body(&pass, &mut thrown_away)?;
-        if given == 0 {
-            let connections = self.plan.connections.per_receiver();
-            self.parameters.photons = balance::photons(pixels, connections, &counters);
+        body(&pass, &mut self.receivers.as_ref().new_sums())?;
+        Ok(())
+    }
+
+    fn take(&mut self, choice: Choice) {
+        self.plan.connections = choice.connections;
+        if self.passes == 0 {
+            self.gathered.error = error_sums(self.scene, &self.parameters, choice.connections);
+        }
+        if self.parameters.photons == 0 {
+            self.parameters.photons = choice.photons(self.sums.len() as u64);
+        }
+        if choice.connections.any() {
+            self.parameters.connection_samples = choice.connections.samples;
         }
         if let Some(emission) = &mut self.emission {
-            emission.learn_level(self.receivers.as_ref(), &thrown_away);
+            emission.spend(choice.emission_rays);
         }
-        self.seconds.photons += clock.elapsed().as_secs_f64();
-        Ok(())
     }
 
     /// Traces new ray paths if the present ones are those of another jitter than the next pass's; says whether it did.
     // [Collin 2013 Algorithm 1, lines 2 to 5]
     fn jitter_when_due(&mut self) -> Result<bool, RenderError> {
         let jitter = self.next_number() / u64::from(self.jitter_every);
-        if jitter == self.jitter {
+        if self.jitter == Some(jitter) {
             return Ok(false);
         }
-        self.jitter = jitter;
+        self.jitter = Some(jitter);
         if self.passes == 0 {
             // The first jitter served to learn from, and adds nothing to this picture.
             self.counters = Counters::default();
@@ -322,6 +408,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let ground = Ground { scene, seed, plan: &self.plan, layers };
         let (counters, seconds) = (&mut self.counters, &mut self.seconds);
         self.receivers = ground.trace(jitter, self.prepare, counters, seconds)?;
+        self.sums = self.receivers.as_ref().new_sums();
         self.trace_emission(jitter)?;
         Ok(true)
     }
@@ -349,6 +436,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             number,
             walks: self.parameters.photons,
             walks_per_pass: self.parameters.photons,
+            teaches: true,
             receivers_changed,
             shooting: Cell::new(PerFamily::default()),
             tree_seconds: Cell::new(0.0),
@@ -436,12 +524,12 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             if let Some(emission) = &emission {
                 film.add_channels(emission, description.film_channels as usize);
             }
-            if let Some((picture, bias)) = self.round.add(self.jitter, film, bias) {
+            let jitter = self.jitter.expect("passes have receivers of their jitter");
+            if let Some((picture, bias)) = self.round.add(jitter, film, bias) {
                 error.add(&picture, &bias);
                 self.estimate = error.estimate();
             }
         }
-        self.sums.clear();
         self.passes_of_jitter = 0;
         self.seconds.film += clock.elapsed().as_secs_f64();
         self.gathered.passes = self.passes;
@@ -502,6 +590,21 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             error: self.estimate,
         }
     }
+}
+
+fn error_sums(
+    scene: &dyn Scene,
+    parameters: &Parameters,
+    connections: Connections,
+) -> Option<ErrorSums> {
+    let Parameters { estimate_error, alpha, .. } = *parameters;
+    estimate_error.then(|| ErrorSums::new(scene.description(), alpha, connections.any()))
+}
+
+/// Whether a trial has to say what passes are made of.
+fn is_open(parameters: &Parameters, candidates: Connections) -> bool {
+    let Parameters { photons, connections, connection_samples, .. } = *parameters;
+    photons == 0 || candidates.any() && (connections.is_none() || connection_samples == 0)
 }
 
 /// Passes at the same view rays cannot be shared out.

@@ -53,7 +53,8 @@ pub struct Difference {
 }
 
 impl Ground {
-    /// Puts in what the engine has settled for a render. Until its first pass is done, the photons per pass may be 0.
+    /// Puts in what the engine has settled for a render. Until it has learnt what passes go by, photons per pass and samples of
+    /// lamps may be 0.
     pub fn with_render(self, render: &dyn Progressive) -> Self {
         let settled = |parameters: &Parameters| {
             let mut map = fields(parameters);
@@ -116,11 +117,20 @@ impl Ground {
         different.map(difference).collect()
     }
 
-    /// The same, but for the photons per pass where `other` has not settled them yet.
-    pub fn differences_but_photons(&self, other: &Ground) -> Vec<Difference> {
+    /// The same, but for what a render learns before its first pass, where `other` has not learnt it yet.
+    pub fn differences_but_learnt(&self, other: &Ground) -> Vec<Difference> {
+        let is_open = |name: &str| match other.parameters.get(name) {
+            Some(value) => value.is_null() || *value == Value::from(0),
+            None => false,
+        };
         let mut all = self.differences(other);
-        let unsettled = other.parameters.get("photons") == Some(&Value::from(0));
-        all.retain(|difference| !(unsettled && difference.what == "parameters.photons"));
+        all.retain(|difference| match difference.what.as_str() {
+            "parameters.photons" => !is_open("photons"),
+            "parameters.connection_samples" | "connections.samples" => {
+                !is_open("connection_samples")
+            }
+            what => !(what.starts_with("connections.") && is_open("connections")),
+        });
         all
     }
 }

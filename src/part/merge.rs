@@ -26,9 +26,15 @@ pub(super) fn told(differences: &[Difference]) -> String {
 
 /// What to do about numbers that other machines count out otherwise.
 fn mend(differences: &[Difference]) -> &'static str {
-    let counted = |d: &Difference| d.what == "parameters.photons" || d.what.starts_with("radii.");
+    let learnt = ["parameters.photons", "parameters.connection_samples"];
+    let counted = |d: &Difference| {
+        learnt.contains(&d.what.as_str())
+            || d.what.starts_with("connections.")
+            || d.what.starts_with("radii.")
+    };
     if differences.iter().all(counted) {
-        " (parts that are rendered on different kinds of machines need --set photons=N, surface_radius and medium_radius)"
+        " (parts that are rendered on different kinds of machines need --set photons=N, connections, connection_samples, \
+         surface_radius and medium_radius)"
     } else {
         ""
     }

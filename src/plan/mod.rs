@@ -38,13 +38,9 @@ impl Connections {
         self.visible_points || self.view_beams
     }
 
-    /// Samples that a pixel's receivers take of the lamps.
-    pub fn per_receiver(self) -> u32 {
-        if self.any() {
-            self.samples
-        } else {
-            0
-        }
+    /// Whether the same receivers look for lamps, however often.
+    pub fn are_made_like(self, other: Connections) -> bool {
+        Connections { samples: other.samples, ..self } == other
     }
 }
 
@@ -108,6 +104,11 @@ impl Plan {
             findings,
             forced,
         }
+    }
+
+    /// The same where these receivers look for lamps.
+    pub fn connecting(&self, connections: Connections) -> Plan {
+        Plan { connections, ..self.clone() }
     }
 
     /// Takes the media's constants from the scene as it is tuned; what is simulated was decided for all light.

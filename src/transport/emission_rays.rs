@@ -3,7 +3,7 @@
 
 use super::view::EmissionSamples;
 
-/// Further rays of a jitter at most, in pixels of the film.
+/// Further rays of a jitter at most, per pixel of the film, where nothing else is wanted.
 const BUDGET: f64 = 0.5;
 /// Rays per pixel at most.
 const MOST_PER_PIXEL: usize = 64;
@@ -14,6 +14,8 @@ const CONTRAST: f32 = 0.25;
 #[derive(Debug)]
 pub struct EmissionRays {
     width: usize,
+    /// Further rays of a jitter at most, per pixel of the film.
+    pub budget: f64,
     /// Smallest and largest brightness by pixel.
     seen: Vec<[f32; 2]>,
 }
@@ -23,6 +25,7 @@ impl EmissionRays {
         let pixels = width as usize * height as usize;
         EmissionRays {
             width: width as usize,
+            budget: BUDGET,
             seen: vec![[f32::INFINITY, f32::NEG_INFINITY]; pixels],
         }
     }
@@ -44,14 +47,19 @@ impl EmissionRays {
     /// The pixels of further rays for a jitter, each as often as it gets rays. They depend on rays alone that add nothing to the
     /// picture, so that its mean stays unbiased. `level` is the mean brightness of the picture.
     pub fn pixels(&self, level: f32) -> Vec<u32> {
+        let marked = self.marked(level);
+        let budget = (self.budget * self.seen.len() as f64) as usize;
+        let each = (budget / marked.len().max(1)).min(MOST_PER_PIXEL);
+        marked.into_iter().flat_map(|pixel| std::iter::repeat_n(pixel, each)).collect()
+    }
+
+    /// The pixels where further rays are worth while.
+    pub fn marked(&self, level: f32) -> Vec<u32> {
         let worth = |pixel: &u32| {
             let [low, high] = self.around(*pixel as usize);
             high - low > CONTRAST * level
         };
-        let marked: Vec<u32> = (0..self.seen.len() as u32).filter(worth).collect();
-        let budget = (BUDGET * self.seen.len() as f64) as usize;
-        let each = (budget / marked.len().max(1)).min(MOST_PER_PIXEL);
-        marked.into_iter().flat_map(|pixel| std::iter::repeat_n(pixel, each)).collect()
+        (0..self.seen.len() as u32).filter(worth).collect()
     }
 
     /// The range of a pixel and its neighbours.

@@ -9,6 +9,7 @@ use super::lessons::learn_guide;
 use super::splat::Splat;
 use crate::guide::EmissionGuide;
 use crate::math::uniform::{self, Purpose};
+use crate::plan::Connections;
 use crate::scene::{Batch, SceneResult};
 
 /// Deposits that a round of batches may hold before they are added up; bounds memory.
@@ -21,48 +22,38 @@ const BATCHES_PER_ROUND: u64 = 64;
 pub struct UniformShooter {
     seed: u64,
     batches_per_round: u64,
-    guidance: Guidance,
-}
-
-/// Whether emission is guided, and by what.
-#[derive(Debug)]
-enum Guidance {
-    None,
-    /// By what is to be learnt before the first photon.
-    Wanted,
-    Learnt(EmissionGuide),
-}
-
-impl Guidance {
-    fn guide(&self) -> Option<&EmissionGuide> {
-        match self {
-            Guidance::Learnt(guide) => Some(guide),
-            Guidance::None | Guidance::Wanted => None,
-        }
-    }
+    /// Whether emission is guided.
+    is_guided: bool,
+    /// By what photons carry; none where no photon was seen.
+    guides: Vec<(Connections, Option<EmissionGuide>)>,
 }
 
 impl UniformShooter {
     pub fn new(seed: u64) -> Self {
-        UniformShooter { seed, batches_per_round: 4, guidance: Guidance::None }
+        UniformShooter::of(seed, false)
     }
 
-    /// The same, its emission guided to where photons are seen if wanted; that is learnt from the target of the first pass.
-    pub fn of(seed: u64, guided: bool) -> Self {
-        let guidance = if guided { Guidance::Wanted } else { Guidance::None };
-        UniformShooter { guidance, ..UniformShooter::new(seed) }
+    /// The same, its emission guided to where photons are seen if wanted, once that is learnt.
+    pub fn of(seed: u64, is_guided: bool) -> Self {
+        UniformShooter { seed, batches_per_round: 4, is_guided, guides: Vec::new() }
     }
 
-    /// Learns where photons are seen, if that is wanted and was not done before; passes have so many walks.
+    /// Learns where photons are seen, if that is wanted and was not done before for what they carry; passes have so many walks.
     pub fn learn(&mut self, target: &Target, walks_per_pass: u64) -> SceneResult<()> {
-        if matches!(self.guidance, Guidance::Wanted) {
-            self.guidance = Guidance::None;
-            if wants_photons(target) {
-                let learnt = learn_guide(target, self.seed, walks_per_pass)?;
-                self.guidance = learnt.map_or(Guidance::None, Guidance::Learnt);
-            }
+        let connections = target.plan.connections;
+        let is_known = self.guides.iter().any(|(of, _)| of.are_made_like(connections));
+        if self.is_guided && !is_known && wants_photons(target) {
+            let learnt = learn_guide(target, self.seed, walks_per_pass)?;
+            self.guides.push((connections, learnt));
         }
         Ok(())
+    }
+
+    /// The guide for what photons carry or, if there is none, for what they carried first.
+    fn guide(&self, target: &Target) -> Option<&EmissionGuide> {
+        let of = |(of, _): &&(Connections, _)| of.are_made_like(target.plan.connections);
+        let known = self.guides.iter().find(of).or(self.guides.first());
+        known.and_then(|(_, guide)| guide.as_ref())
     }
 
     /// Emits `walks` walks and adds the pass's radiance to `sums`.
@@ -73,7 +64,6 @@ impl UniformShooter {
         walks: u64,
         sums: &mut PixelSums,
     ) -> SceneResult<Counters> {
-        self.learn(target, walks)?;
         if !wants_photons(target) {
             return Ok(Counters::default());
         }
@@ -106,7 +96,7 @@ impl UniformShooter {
         batch: Batch,
     ) -> SceneResult<(Splat, Counters)> {
         let stream = |purpose| uniform::stream(self.seed, purpose, pass, batch.number);
-        let mut numbers = Guided::new(stream(Purpose::Photons), self.guidance.guide());
+        let mut numbers = Guided::new(stream(Purpose::Photons), self.guide(target));
         let mut tables = stream(Purpose::PhotonTables);
         let (wanted, places) = (target.wanted(), target.receivers.paths.places());
         target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, || Splat::new(places))

@@ -73,8 +73,11 @@ fn render(
         jitter_every: 1,
         photons: PHOTONS,
         estimate_error: false,
-        // What is learnt hangs on rounding: one box more or less, and all photons are others.
+        // What is learnt hangs on rounding: one box more or less, and all photons are others. A trial also finds other receivers
+        // where effects are forced on.
         guided_emission: false,
+        connections: Some(preset == "fast"),
+        connection_samples: 4,
         ..loaded.parameters(0).unwrap()
     };
     method::render(lent.scene() as &dyn Scene, &parameters, &mut Silent).unwrap()
@@ -168,7 +171,8 @@ fn the_picture_is_the_one_with_everything_forced_on_in_llvm_ad_rgb() {
                 .arg("render")
                 .arg(&path)
                 .args(["-q", "--variant", "llvm_ad_rgb", "--passes", "2", "--effects", effects])
-                .args(["--set", "guided_emission=false"])
+                .args(["--set", "guided_emission=false", "--set", "connections=true"])
+                .args(["--set", "connection_samples=4"])
                 .args(["--set", &format!("photons={PHOTONS}"), "-o"])
                 .arg(&picture)
                 .output()

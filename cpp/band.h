@@ -38,6 +38,11 @@ public:
         }
     }
 
+    // What programs read of it.
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro callback) const {
+        dr::traverse_1_fn_ro(dr::tie(m_wavelengths, m_number, m_sensor_weight), payload, callback);
+    }
+
     // What a unit of a channel adds to red, green and blue of the film.
     const float *colours(size_t channel) const { return m_colours[channel]; }
 

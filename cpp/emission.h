@@ -35,6 +35,10 @@ public:
         }
     }
 
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro callback) const {
+        dr::traverse_1_fn_ro(m_extents, payload, callback);
+    }
+
     // Emission over the density of the ray's place and direction, given the emitter, at the ray's wavelengths and time; `place`
     // are the numbers that chose the place. [W/nm per walk]
     UnpolarizedSpectrum flux(const EmitterPtr &emitter, const Ray3f &ray, const Point2f &place) const {

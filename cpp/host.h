@@ -92,13 +92,16 @@ public:
 
     void eval_phase(uint32_t n, const uint32_t *medium, const float *position, const float *photon_direction,
                     const float *view_direction, float *out) {
-        Writer<Float> writer(n);
+        Writer<Float> writer(n, { {}, {}, { out } });
         PhaseFunctionContext context(nullptr);
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
-            MediumInteraction3f mei = interaction(n, e, medium, position, photon_direction);
+            Place place = place_of(n, e, medium, position, photon_direction);
             Vector3f wo = -read3<Vector3f>(view_direction, n, e);
-            auto [value, pdf] = mei.medium->phase_function()->eval_pdf(context, mei, wo, true);
-            writer.put3(out, e, Channels::channels(unpolarized_spectrum(value)));
+            m_tables.run({ "phase" }, dr::tie(place, wo, m_band), dr::tie(writer), [&] {
+                MediumInteraction3f mei = interaction(place);
+                auto [value, pdf] = mei.medium->phase_function()->eval_pdf(context, mei, wo, true);
+                writer.put3(out, e, Channels::channels(unpolarized_spectrum(value)));
+            });
         }
         writer.flush();
     }
@@ -115,48 +118,45 @@ public:
             ray.maxt = dr::Largest<Float>;
             ray.time = m_sensor->shutter_open();
             ray.wavelengths = m_band.wavelengths(n);
-            Mask skips = read<UInt32>(skips_emitters, n, e) != 0u;
-            m_points.push_back(View::intersect(m_scene, ray, skips, true));
+            UInt32 skips = read<UInt32>(skips_emitters, n, e);
+            SurfaceInteraction3f &point = m_points.emplace_back();
+            m_tables.run({ "points" }, dr::tie(ray, skips), dr::tie(point),
+                         [&] { point = View::intersect(m_scene, ray, skips != 0u, true); });
         }
-        if constexpr (Jit)
-            for (auto &point : m_points)
-                dr::eval(point);
     }
 
     void eval_bsdf(uint32_t n, const uint32_t *point, const float *photon_direction, float *out) {
-        Writer<Float> writer(n);
-        BSDFContext context(TransportMode::Radiance);
+        Writer<Float> writer(n, { {}, {}, { out } });
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
-            SurfaceInteraction3f si = stored(read<UInt32>(point, n, e));
-            Vector3f wo = si.to_local(-read3<Vector3f>(photon_direction, n, e));
-            Float cosine = dr::abs(Frame3f::cos_theta(wo));
-            Mask active = si.is_valid() && cosine > 1e-6f;
-            BSDFPtr bsdf = si.bsdf();
-            Spectrum spectrum;
-            if (m_glossy_chains) {
-                Float pdf;
-                std::tie(spectrum, pdf) = bsdf->eval_pdf(context, si, wo, active);
-                active &= !is_sharp(bsdf->flags(active), pdf);
-            } else {
-                spectrum = bsdf->eval(context, si, wo, active);
-            }
-            auto value = unpolarized_spectrum(spectrum);
-            writer.put3(out, e, Channels::channels(UnpolarizedSpectrum(dr::select(active, value / cosine, 0.f))));
+            UInt32 number = read<UInt32>(point, n, e);
+            Vector3f direction = read3<Vector3f>(photon_direction, n, e);
+            auto evaluate = [&](const SurfaceInteraction3f &si) {
+                writer.put3(out, e, Channels::channels(bsdf_over_cosine(si, -direction)));
+            };
+            if constexpr (Jit)
+                m_tables.run({ m_glossy_chains ? "BSDF but for sharp lobes" : "BSDF" }, dr::tie(m_points[0], number, direction),
+                             dr::tie(writer), [&] { evaluate(dr::gather<SurfaceInteraction3f>(m_points[0], number)); });
+            else
+                evaluate(m_points[number]);
         }
         writer.flush();
     }
 
     void lamp_light(uint32_t n, const uint32_t *medium, const float *position, const float *normal, const float *numbers,
                     float *direction, float *irradiance) {
-        Writer<Float> writer(n);
+        Writer<Float> writer(n, { {}, {}, { direction, irradiance } });
         vpt::LampLight<Float, Spectrum> light(m_scene, m_sensor, m_tables, m_band);
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
-            Point2f lamp(read<Float>(numbers, n, e), read<Float>(numbers + n, n, e));
-            UInt32 seed(read<Float>(numbers + 2 * n, n, e) * 0x1p24f);
-            auto sample = light.sample(read3<Point3f>(position, n, e), read3<Normal3f>(normal, n, e),
-                                       m_tables.medium(read<UInt32>(medium, n, e), true), lamp, seed);
-            writer.put3(direction, e, sample.direction);
-            writer.put3(irradiance, e, Channels::channels(sample.irradiance));
+            Point3f p = read3<Point3f>(position, n, e);
+            Normal3f normals = read3<Normal3f>(normal, n, e);
+            UInt32 media = read<UInt32>(medium, n, e);
+            Point3f u = read3<Point3f>(numbers, n, e);
+            m_tables.run({ "lamp light" }, dr::tie(p, normals, media, u, m_band), dr::tie(writer), [&] {
+                auto sample = light.sample(p, normals, m_tables.medium(media, true), Point2f(u.x(), u.y()),
+                                           UInt32(u.z() * 0x1p24f));
+                writer.put3(direction, e, sample.direction);
+                writer.put3(irradiance, e, Channels::channels(sample.irradiance));
+            });
         }
         writer.flush();
     }
@@ -183,7 +183,7 @@ public:
     }
 
 private:
-    // As many vertices as a call costs: Dr.Jit writes and hashes a program, and loads it, and each material is part of it.
+    // As many vertices as a call costs where Dr.Jit writes a program anew: each material is part of it.
     uint32_t launch() const {
         if constexpr (!Jit)
             return 1;
@@ -196,31 +196,56 @@ private:
     // One of sigma_s, sigma_n and sigma_t.
     template <size_t Which>
     void coefficients(uint32_t n, const uint32_t *medium, const float *position, const float *direction, float *out) {
-        Writer<Float> writer(n);
+        Writer<Float> writer(n, { {}, {}, { out } });
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
-            MediumInteraction3f mei = interaction(n, e, medium, position, direction);
-            writer.put3(out, e, Channels::channels(std::get<Which>(mei.medium->get_scattering_coefficients(mei, true))));
+            Place place = place_of(n, e, medium, position, direction);
+            m_tables.run({ Which == 0 ? "scattering" : "extinction" }, dr::tie(place, m_band), dr::tie(writer), [&] {
+                MediumInteraction3f mei = interaction(place);
+                writer.put3(out, e, Channels::channels(std::get<Which>(mei.medium->get_scattering_coefficients(mei, true))));
+            });
         }
         writer.flush();
     }
 
-    MediumInteraction3f interaction(uint32_t n, size_t e, const uint32_t *medium, const float *position,
-                                    const float *direction) const {
+    // In a medium, seen along a direction.
+    struct Place {
+        UInt32 medium;
+        Point3f position;
+        Vector3f direction;
+        DRJIT_STRUCT(Place, medium, position, direction)
+    };
+
+    static Place place_of(uint32_t n, size_t e, const uint32_t *medium, const float *position, const float *direction) {
+        return { read<UInt32>(medium, n, e), read3<Point3f>(position, n, e), read3<Vector3f>(direction, n, e) };
+    }
+
+    MediumInteraction3f interaction(const Place &place) const {
+        size_t n = dr::width(place);
         MediumInteraction3f mei = dr::zeros<MediumInteraction3f>(n);
-        mei.p = read3<Point3f>(position, n, e);
-        mei.wi = -read3<Vector3f>(direction, n, e);
+        mei.p = place.position;
+        mei.wi = -place.direction;
         mei.wavelengths = m_band.wavelengths(n);
         mei.sh_frame = Frame3f(mei.wi);
         mei.t = 0.f;
-        mei.medium = m_tables.medium(read<UInt32>(medium, n, e), true);
+        mei.medium = m_tables.medium(place.medium, true);
         return mei;
     }
 
-    SurfaceInteraction3f stored(const UInt32 &point) const {
-        if constexpr (Jit)
-            return dr::gather<SurfaceInteraction3f>(m_points[0], point);
-        else
-            return m_points[point];
+    UnpolarizedSpectrum bsdf_over_cosine(const SurfaceInteraction3f &si, const Vector3f &direction) const {
+        BSDFContext context(TransportMode::Radiance);
+        Vector3f wo = si.to_local(direction);
+        Float cosine = dr::abs(Frame3f::cos_theta(wo));
+        Mask active = si.is_valid() && cosine > 1e-6f;
+        BSDFPtr bsdf = si.bsdf();
+        Spectrum spectrum;
+        if (m_glossy_chains) {
+            Float pdf;
+            std::tie(spectrum, pdf) = bsdf->eval_pdf(context, si, wo, active);
+            active &= !is_sharp(bsdf->flags(active), pdf);
+        } else {
+            spectrum = bsdf->eval(context, si, wo, active);
+        }
+        return dr::select(active, unpolarized_spectrum(spectrum) / cosine, 0.f);
     }
 
     static void add_block(ImageBlock *block, double *storage) {

@@ -51,6 +51,10 @@ public:
             dr::eval(m_emitters_dr);
     }
 
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro callback) const {
+        dr::traverse_1_fn_ro(dr::tie(m_emitters_dr, m_distribution), payload, callback);
+    }
+
     const std::vector<Emitter *> &all() const { return m_emitters; }
 
     // As Scene::sample_emitter does, but in this order.

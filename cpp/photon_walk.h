@@ -34,6 +34,7 @@ public:
         Float flight, lobe;
         Point2f direction;
         Float roulette;
+        DRJIT_STRUCT(Numbers, flight, lobe, direction, roulette)
     };
 
     PhotonWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const Channels &band, uint32_t lanes,
@@ -41,7 +42,13 @@ public:
         : m_scene(scene), m_tables(tables), m_band(band), m_rules(rules), m_walks(element_count<Float>(lanes)) {
         size_t kept = 0;
         for (size_t e = 0; e < m_walks.size(); ++e) {
-            emit(sensor, numbers, lanes, m_walks[e], e);
+            auto number = [&](size_t i) { return read<Float>(numbers + i * lanes, lanes, e); };
+            EmissionNumbers u{ number(0), Point2f(number(1), number(2)), Point2f(number(3), number(4)),
+                               number(5), number(6), number(7) };
+            Walk &walk = m_walks[e];
+            tables.run({ "emission", &m_rules }, dr::tie(u, m_band), dr::tie(walk), [&] { emit(sensor, u, lanes, walk, e); });
+            // Opaque, so that Dr.Jit does not compile a kernel for each number of steps.
+            walk.steps = dr::opaque<UInt32>(0u, lanes);
             keep<Float>(m_walks, e, kept);
         }
         m_lanes = drop_finished<Float>(m_walks, lanes, kept);
@@ -71,16 +78,25 @@ public:
             take_steps(steps, numbers, out);
             return;
         }
-        Writer<Float> writer(n);
+        Planes asked = planes(out);
+        Writer<Float> writer(n, asked);
         size_t kept = 0;
         for (size_t e = 0; e < m_walks.size(); ++e) {
             Numbers u{ read<Float>(numbers, n, e), read<Float>(numbers + n, n, e),
                        Point2f(read<Float>(numbers + 2 * n, n, e), read<Float>(numbers + 3 * n, n, e)),
                        read<Float>(numbers + 4 * n, n, e) };
-            step(m_walks[e], u, out, writer, e);
+            if constexpr (Jit) {
+                Walk walk;
+                m_tables.run({ "photon step", &m_rules, &asked }, dr::tie(m_walks[e], u), dr::tie(walk, writer), [&] {
+                    walk = m_walks[e];
+                    step(walk, u, out, writer, e);
+                });
+                m_walks[e] = walk;
+            } else {
+                step(m_walks[e], u, out, writer, e);
+            }
             keep<Float>(m_walks, e, kept);
         }
-        writer.schedule();
         m_lanes = drop_finished<Float>(m_walks, n, kept);
         writer.flush();
     }
@@ -97,6 +113,21 @@ private:
         DRJIT_STRUCT(Flight, mei, ray, remaining, flux, density, event, sample, active, collided)
     };
 
+    // What chooses where and how a walk starts.
+    struct EmissionNumbers {
+        Float lamp;
+        Point2f place, direction;
+        Float time, hero, seed;
+        DRJIT_STRUCT(EmissionNumbers, lamp, place, direction, time, hero, seed)
+    };
+
+    static Planes planes(const VptPhotonVertices &out) {
+        return { { out.walk, out.event, out.medium, out.depth },
+                 { out.length, out.segment_reach },
+                 { out.position, out.direction, out.geometric_normal, out.flux, out.segment_origin, out.segment_flux,
+                   out.segment_density } };
+    }
+
     bool simulates(uint32_t effect) const { return (m_rules.effects & effect) != 0; }
 
     // Several steps in one kernel: a loop, whose vertices go to slots.
@@ -107,27 +138,12 @@ private:
             UInt32 lanes = dr::opaque<UInt32>((uint32_t) n), end = dr::opaque<UInt32>(steps),
                    lane = dr::arange<UInt32>(n);
             Float all = dr::load<Float>(numbers, (size_t) steps * 5 * n);
-            Slots<Float> slots((size_t) steps * n, VPT_PHOTON_ABSENT, { out.walk, out.event, out.medium, out.depth },
-                               { out.length, out.segment_reach },
-                               { out.position, out.direction, out.geometric_normal, out.flux, out.segment_origin,
-                                 out.segment_flux, out.segment_density });
-            Walk walk = m_walks[0];
-            UInt32 done = dr::zeros<UInt32>(n);
-            dr::tie(walk, done) = dr::while_loop(
-                dr::make_tuple(walk, done),
-                [end](const Walk &w, const UInt32 &done) { return w.active && done < end; },
-                [&](Walk &w, UInt32 &done) {
-                    auto number = [&](uint32_t i) {
-                        return dr::gather<Float>(all, (done * 5u + i) * lanes + lane, w.active);
-                    };
-                    Numbers u{ number(0), number(1), Point2f(number(2), number(3)), number(4) };
-                    slots.select(done * lanes + lane, w.active);
-                    step(w, u, out, slots, 0);
-                    done += 1u;
-                },
-                "Photon walks");
+            Planes asked = planes(out);
+            Slots<Float> slots((size_t) steps * n, VPT_PHOTON_ABSENT, asked);
+            Walk walk;
+            m_tables.run({ "photon steps", &m_rules, &asked }, dr::tie(m_walks[0], lanes, end, all, slots),
+                         dr::tie(walk, slots), [&] { walk = walk_on(m_walks[0], lane, lanes, end, all, out, slots); });
             m_walks[0] = walk;
-            slots.schedule();
             m_lanes = drop_finished<Float>(m_walks, n, 1);
             slots.flush();
         } else {
@@ -137,26 +153,44 @@ private:
         }
     }
 
-    void emit(const Sensor *sensor, const float *numbers, size_t n, Walk &walk, size_t e) const {
-        auto number = [&](size_t i) { return read<Float>(numbers + i * n, n, e); };
-        Float time = sensor->shutter_open() + number(5) * sensor->shutter_open_time();
-        auto [emitter, inverse_probability, again] = m_tables.lamps().choose(number(0), true);
-        auto [ray, weight] = emitter->sample_ray(time, again, Point2f(number(1), number(2)),
-                                                 Point2f(number(3), number(4)), true);
+    // Until `end` steps are done or nothing is left.
+    Walk walk_on(const Walk &start, const UInt32 &lane, const UInt32 &lanes, const UInt32 &end, const Float &numbers,
+                 const VptPhotonVertices &out, Slots<Float> &slots) const {
+        Walk walk = start;
+        UInt32 done = dr::zeros<UInt32>(dr::width(lane));
+        dr::tie(walk, done) = dr::while_loop(
+            dr::make_tuple(walk, done), [end](const Walk &w, const UInt32 &done) { return w.active && done < end; },
+            [&](Walk &w, UInt32 &done) {
+                auto number = [&](uint32_t i) {
+                    return dr::gather<Float>(numbers, (done * 5u + i) * lanes + lane, w.active);
+                };
+                Numbers u{ number(0), number(1), Point2f(number(2), number(3)), number(4) };
+                slots.select(done * lanes + lane, w.active);
+                step(w, u, out, slots, 0);
+                done += 1u;
+            },
+            "Photon walks");
+        slots.finish();
+        return walk;
+    }
+
+    void emit(const Sensor *sensor, const EmissionNumbers &u, size_t n, Walk &walk, size_t e) const {
+        Float time = sensor->shutter_open() + u.time * sensor->shutter_open_time();
+        auto [emitter, inverse_probability, again] = m_tables.lamps().choose(u.lamp, true);
+        auto [ray, weight] = emitter->sample_ray(time, again, u.place, u.direction, true);
         walk.ray = ray;
-        walk.channel = dr::minimum(UInt32(number(6) * 3.f), 2u);
+        walk.channel = dr::minimum(UInt32(u.hero * 3.f), 2u);
         if constexpr (Channels::Spectral) {
             walk.ray.wavelengths = m_band.wavelengths_of(walk.channel);
-            walk.flux = m_tables.emission().flux(emitter, walk.ray, Point2f(number(1), number(2))) * inverse_probability;
+            walk.flux = m_tables.emission().flux(emitter, walk.ray, u.place) * inverse_probability;
         } else {
             walk.flux = unpolarized_spectrum(weight) * inverse_probability;
         }
         walk.density = UnpolarizedSpectrum(1.f);
         walk.emitted = dr::max(walk.flux);
         walk.depth = dr::zeros<UInt32>(n);
-        walk.seed = UInt32(number(7) * 0x1p24f);
-        // Opaque, so that Dr.Jit does not compile a kernel for each number of steps.
-        walk.steps = dr::opaque<UInt32>(0u, n);
+        walk.seed = UInt32(u.seed * 0x1p24f);
+        walk.steps = 0u;
         if constexpr (Jit)
             walk.index = dr::arange<UInt32>(n);
         else

@@ -4,6 +4,7 @@
 
 #include "band.h"
 #include "emission.h"
+#include "frozen.h"
 #include "lamps.h"
 #include "vpt.h"
 
@@ -52,6 +53,15 @@ public:
 
     // What lamps emit at given wavelengths, in spectral variants.
     const Emission<Float, Spectrum> &emission() const { return *m_emission; }
+
+    // Runs a program over this scene or, where Dr.Jit has recorded it, replays it. See FrozenPrograms::run.
+    template <typename Inputs, typename Outputs, typename Program>
+    void run(const ProgramKey &which, const Inputs &inputs, Outputs &&outputs, Program &&program) const {
+        if constexpr (Jit)
+            m_programs.run(which, inputs, outputs, [this] { return variables(); }, program);
+        else
+            program();
+    }
 
     // Does any medium scatter by a microflake distribution?
     bool has_microflakes() const { return m_has_microflakes; }
@@ -103,6 +113,32 @@ public:
     }
 
 private:
+    // All variables of Dr.Jit that programs over this scene may read: those of everything that takes virtual calls, of whatever
+    // scene it is part of, and those of the scene and of these tables.
+    std::vector<uint32_t> variables() const {
+        std::vector<uint32_t> out;
+        dr::scoped_set_flag traversal(JitFlag::EnableObjectTraversal, true);
+        auto add = [&out](const auto &value) {
+            auto more = variables_of(value);
+            out.insert(out.end(), more.begin(), more.end());
+        };
+        add(dr::tie(m_index_by_id, m_lambertian_by_id, m_emitter_lit, m_media_dr, m_emitter_media_dr));
+        const dr::TraversableBase *scene = m_scene, *sensor = m_sensor;
+        add(scene);
+        add(sensor);
+        add(m_lamps);
+        if (m_emission)
+            add(*m_emission);
+        for (const char *domain : { "Shape", "BSDF", "Emitter", "Sensor", "Medium", "PhaseFunction", "Phase", "Texture", "Volume" }) {
+            std::vector<void *> objects(jit_registry_id_bound(Scene::Variant, domain), nullptr);
+            jit_registry_get_pointers(Scene::Variant, domain, objects.data());
+            for (void *object : objects)
+                if (object)
+                    add((const dr::TraversableBase *) object);
+        }
+        return out;
+    }
+
     // Every object of the scene, those inside shape groups too.
     void visit(Object *object) {
         if (!object || !m_visited.insert(object).second)
@@ -466,6 +502,7 @@ private:
     std::vector<std::string> m_warnings;
     UInt32 m_index_by_id, m_lambertian_by_id, m_emitter_lit;
     DynamicBuffer<MediumPtr> m_media_dr, m_emitter_media_dr;
+    mutable std::conditional_t<Jit, FrozenPrograms<Float>, std::nullptr_t> m_programs{};
 };
 
 }

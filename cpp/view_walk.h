@@ -29,12 +29,16 @@ public:
         : m_scene(scene), m_tables(tables), m_band(band), m_rules(request.rules), m_lanes(request.lanes),
           m_rays(element_count<Float>(request.lanes)) {
         size_t n = m_lanes, kept = 0;
-        Writer<Float> out(n);
+        Planes asked{ {}, {}, { request.importance } };
+        Writer<Float> out(n, asked);
         for (size_t e = 0; e < m_rays.size(); ++e) {
-            out.put3(request.importance, e, Channels::channels(start(sensor, request, m_rays[e], e)));
+            StartNumbers u = start_numbers(request, e);
+            Ray &ray = m_rays[e];
+            tables.run({ "view start", &m_rules, &asked }, dr::tie(u, m_band), dr::tie(ray, out), [&] {
+                out.put3(request.importance, e, Channels::channels(start(sensor, u, ray, e)));
+            });
             keep<Float>(m_rays, e, kept);
         }
-        out.schedule();
         m_lanes = drop_finished<Float>(m_rays, n, kept);
         out.flush();
     }
@@ -49,15 +53,24 @@ public:
             take_steps(steps, numbers, out);
             return;
         }
-        Writer<Float> writer(n);
+        Planes asked = planes(out);
+        Writer<Float> writer(n, asked);
         size_t kept = 0;
         for (size_t e = 0; e < m_rays.size(); ++e) {
             Float lobe = read<Float>(numbers, n, e);
             Point2f direction(read<Float>(numbers + n, n, e), read<Float>(numbers + 2 * n, n, e));
-            step(m_rays[e], lobe, direction, out, writer, e);
+            if constexpr (dr::is_jit_v<Float>) {
+                Ray ray;
+                m_tables.run({ "view step", &m_rules, &asked }, dr::tie(m_rays[e], lobe, direction), dr::tie(ray, writer), [&] {
+                    ray = m_rays[e];
+                    step(ray, lobe, direction, out, writer, e);
+                });
+                m_rays[e] = ray;
+            } else {
+                step(m_rays[e], lobe, direction, out, writer, e);
+            }
             keep<Float>(m_rays, e, kept);
         }
-        writer.schedule();
         m_lanes = drop_finished<Float>(m_rays, n, kept);
         writer.flush();
     }
@@ -98,25 +111,12 @@ private:
             // Opaque, so that Dr.Jit does not compile a kernel for each number of lanes and steps.
             UInt32 lanes = dr::opaque<UInt32>((uint32_t) n), end = dr::opaque<UInt32>(steps), lane = dr::arange<UInt32>(n);
             Float all = dr::load<Float>(numbers, (size_t) steps * 3 * n);
-            Slots<Float> slots((size_t) steps * n, VPT_VIEW_ABSENT, { out.ray, out.flags, out.medium }, { out.length },
-                               { out.origin, out.direction, out.position, out.normal, out.geometric_normal,
-                                 out.reflectance, out.emission, out.weight });
-            Ray ray = m_rays[0];
-            UInt32 done = dr::zeros<UInt32>(n);
-            dr::tie(ray, done) = dr::while_loop(
-                dr::make_tuple(ray, done),
-                [end](const Ray &r, const UInt32 &done) { return r.active && done < end; },
-                [&](Ray &r, UInt32 &done) {
-                    auto number = [&](uint32_t i) {
-                        return dr::gather<Float>(all, (done * 3u + i) * lanes + lane, r.active);
-                    };
-                    slots.select(done * lanes + lane, r.active);
-                    step(r, number(0), Point2f(number(1), number(2)), out, slots, 0);
-                    done += 1u;
-                },
-                "View rays");
+            Planes asked = planes(out);
+            Slots<Float> slots((size_t) steps * n, VPT_VIEW_ABSENT, asked);
+            Ray ray;
+            m_tables.run({ "view steps", &m_rules, &asked }, dr::tie(m_rays[0], lanes, end, all, slots), dr::tie(ray, slots),
+                         [&] { ray = walk_on(m_rays[0], lane, lanes, end, all, out, slots); });
             m_rays[0] = ray;
-            slots.schedule();
             m_lanes = drop_finished<Float>(m_rays, n, 1);
             slots.flush();
         } else {
@@ -126,24 +126,63 @@ private:
         }
     }
 
-    UnpolarizedSpectrum start(const Sensor *sensor, const VptViewRequest &request, Ray &ray, size_t e) {
+    // Until `end` steps are done or nothing is left.
+    Ray walk_on(const Ray &start, const UInt32 &lane, const UInt32 &lanes, const UInt32 &end, const Float &numbers,
+                const VptViewVertices &out, Slots<Float> &slots) const {
+        Ray ray = start;
+        UInt32 done = dr::zeros<UInt32>(dr::width(lane));
+        dr::tie(ray, done) = dr::while_loop(
+            dr::make_tuple(ray, done), [end](const Ray &r, const UInt32 &done) { return r.active && done < end; },
+            [&](Ray &r, UInt32 &done) {
+                auto number = [&](uint32_t i) {
+                    return dr::gather<Float>(numbers, (done * 3u + i) * lanes + lane, r.active);
+                };
+                slots.select(done * lanes + lane, r.active);
+                step(r, number(0), Point2f(number(1), number(2)), out, slots, 0);
+                done += 1u;
+            },
+            "View rays");
+        slots.finish();
+        return ray;
+    }
+
+    static Planes planes(const VptViewVertices &out) {
+        return { { out.ray, out.flags, out.medium },
+                 { out.length },
+                 { out.origin, out.direction, out.position, out.normal, out.geometric_normal, out.reflectance, out.emission,
+                   out.weight } };
+    }
+
+    // What chooses where and how a ray starts.
+    struct StartNumbers {
+        Vector2f position;
+        Point2f aperture;
+        Float time, wavelength;
+        DRJIT_STRUCT(StartNumbers, position, aperture, time, wavelength)
+    };
+
+    StartNumbers start_numbers(const VptViewRequest &request, size_t e) const {
         size_t n = m_lanes;
+        auto plane = [&](const float *planes, size_t i) { return read<Float>(planes + i * n, n, e); };
+        return { Vector2f(plane(request.film, 0), plane(request.film, 1)),
+                 Point2f(plane(request.numbers, 0), plane(request.numbers, 1)), plane(request.numbers, 2),
+                 plane(request.numbers, 3) };
+    }
+
+    UnpolarizedSpectrum start(const Sensor *sensor, const StartNumbers &u, Ray &ray, size_t e) const {
         const Film *film = sensor->film();
         ScalarVector2f scale = 1.f / ScalarVector2f(film->crop_size()),
                        offset = -ScalarVector2f(film->crop_offset()) * scale;
-        Vector2f position(read<Float>(request.film, n, e), read<Float>(request.film + n, n, e));
-        Point2f aperture(read<Float>(request.numbers, n, e), read<Float>(request.numbers + n, n, e));
-        Float time = sensor->shutter_open() +
-                     read<Float>(request.numbers + 2 * n, n, e) * sensor->shutter_open_time();
-        Float wavelength = Channels::Spectral ? m_band.number() : read<Float>(request.numbers + 3 * n, n, e);
+        Float time = sensor->shutter_open() + u.time * sensor->shutter_open_time();
+        Float wavelength = Channels::Spectral ? m_band.number() : u.wavelength;
         auto [differential, weight] = sensor->sample_ray_differential(
-            time, wavelength, dr::fmadd(position, scale, offset), aperture);
+            time, wavelength, dr::fmadd(u.position, scale, offset), u.aperture);
         ray.ray = Ray3f(differential);
-        ray.ray.wavelengths = m_band.wavelengths(n);
+        ray.ray.wavelengths = m_band.wavelengths(m_lanes);
         ray.medium = sensor->medium();
-        ray.depth = dr::zeros<UInt32>(n);
+        ray.depth = dr::zeros<UInt32>(m_lanes);
         if constexpr (dr::is_jit_v<Float>)
-            ray.index = dr::arange<UInt32>(n);
+            ray.index = dr::arange<UInt32>(m_lanes);
         else
             ray.index = (uint32_t) e;
         ray.active = m_rules.max_depth > 0;

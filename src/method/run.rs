@@ -138,7 +138,7 @@ pub struct Run<'a, R> {
     /// Passes done, those that were taken up among them, and those of them that shot at the present receivers.
     passes: u32,
     passes_of_jitter: u32,
-    /// The jitter of the present receivers, none if they are there for a trial; all that is learnt is learnt from the first of all.
+    /// The jitter of the present receivers, none if they are those of a trial.
     jitter: Option<u64>,
     trial: Option<Trial>,
     has_learnt: bool,
@@ -191,9 +191,13 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
             (first_radii(now, parameters, &paths)?, resolvable_radii(&paths));
         let seed = parameters.seed;
         let ground = Ground { scene: now, seed, plan: &plan, layers: parameters.layers };
-        let is_tried = is_open(parameters, plan.connections);
-        let trial =
-            is_tried.then(|| Trial::new(&ground, plan.connections, &mut paths)).transpose()?;
+        let trial = if is_open(parameters, plan.connections) {
+            let (trial, others) = Trial::new(&ground, plan.connections, paths)?;
+            paths = others;
+            Some(trial)
+        } else {
+            None
+        };
         seconds.view += clock.elapsed().as_secs_f64();
         let jitter = trial.is_none().then_some(0);
         let receivers = ground.receivers(paths, jitter, prepare, &mut counters, &mut seconds)?;
@@ -267,7 +271,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         u64::from(self.parameters.first_pass) + u64::from(self.passes)
     }
 
-    /// Learns before the first pass what all passes go by. Every render of these parameters does so from the first jitter and
+    /// Learns before the first pass what all passes go by. Every render of these parameters does so from the same ray paths and
     /// with the first radii, whichever passes are its own, so that passes can be shared out.
     fn learn_when_due(
         &mut self,

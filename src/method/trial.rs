@@ -45,12 +45,13 @@ pub struct Pilots {
 }
 
 impl Trial {
-    /// Looks for lamps from the first jitter's ray paths and from another's. From now on the paths keep layers apart.
+    /// Looks for lamps from the first jitter's ray paths and from another's. Returns these, with layers apart, for pilots: the
+    /// scene keeps points of the paths that were traced last.
     pub fn new(
         ground: &Ground,
         candidates: Connections,
-        paths: &mut ViewPaths,
-    ) -> Result<Self, RenderError> {
+        mut paths: ViewPaths,
+    ) -> Result<(Self, ViewPaths), RenderError> {
         let candidates = Connections { samples: TRIAL_SAMPLES_OF_LAMPS, ..candidates };
         let plan = ground.plan.connecting(candidates);
         let look = |number: u64, paths: &mut ViewPaths| -> Result<Seen, RenderError> {
@@ -60,13 +61,14 @@ impl Trial {
             Ok(Seen::on(paths))
         };
         paths.keep_layers_apart();
-        let again = look(0, paths)?.connected;
-        let first = look(1, paths)?;
+        let again = look(0, &mut paths)?.connected;
+        let first = look(1, &mut paths)?;
         let mut others = view::trace(ground.scene, &plan, ground.seed, DRAWS)?;
         others.keep_layers_apart();
         let other = look(2, &mut others)?;
         let width = ground.scene.description().film_size[0] as usize;
-        Ok(Trial { width, candidates, first, again, other })
+        let trial = Trial { width, candidates, first, again, other };
+        Ok((trial, others))
     }
 
     /// What is worth knowing of it and of pilots without connections and with them. Emission that has rays of its own in a

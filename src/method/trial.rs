@@ -80,6 +80,7 @@ impl Trial {
         emission_share: Option<f64>,
     ) -> balance::Trial {
         let scales = self.scales(alone, beside);
+        let alone = alone.filter(|pilots| self.are_seen(pilots, beside));
         let variance = |a: &Picture, b: &Picture| halved_squares(&scales, a, b);
         let samples = f64::from(TRIAL_SAMPLES_OF_LAMPS);
         let of_samples = PerFamily::from_fn(|family| {
@@ -115,6 +116,21 @@ impl Trial {
         }
     }
 
+    /// Whether photons that carry everything show at least half of the light that connections and the photons beside them do. If
+    /// not, those that matter were too rare to be met, and nothing is known of their noise.
+    fn are_seen(&self, alone: &Pilots, beside: Option<&Pilots>) -> bool {
+        let of_pilots = |pilots: &Pilots| -> f64 {
+            let of_family = |family| {
+                pilots.sums.iter().map(|sums| layer(sums, family).iter().sum::<f64>()).sum::<f64>()
+            };
+            0.5 * Family::ALL.into_iter().map(of_family).sum::<f64>()
+        };
+        let Some(beside) = beside else { return true };
+        let connected = |family| self.first.connected[family].iter().sum::<f64>();
+        let all = of_pilots(beside) + Family::ALL.into_iter().map(connected).sum::<f64>();
+        of_pilots(alone) >= 0.5 * all
+    }
+
     /// Mean brightness of the picture.
     pub fn level(&self, alone: Option<&Pilots>, beside: Option<&Pilots>) -> f32 {
         let brightness = self.brightness(alone, beside);
@@ -148,10 +164,11 @@ impl Trial {
             brightness.iter_mut().zip(picture).for_each(|(own, added)| *own += share * added);
         };
         for family in Family::ALL {
-            if let Some(pilots) = alone.or(beside) {
+            // Connections are not as spiky as the photons that would be in their place.
+            if let Some(pilots) = beside.or(alone) {
                 pilots.sums.iter().for_each(|sums| add(&layer(sums, family), 0.5));
             }
-            if alone.is_none() {
+            if beside.is_some() {
                 add(&self.first.connected[family], 1.0);
             }
         }

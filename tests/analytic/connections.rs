@@ -11,7 +11,7 @@ use vpt::analytic::{
     Camera, Contents, Disclosure, Fog, Lamp, Material, Profile, Shape, Surface, World,
 };
 use vpt::math::Rgb;
-use vpt::method::{Method, Parameters};
+use vpt::method::{self, Method, Parameters, Silent};
 use vpt::scene::{Phase, VACUUM};
 
 /// Far too wide for a photon to be of use where connections are to be exact.
@@ -261,4 +261,16 @@ fn places_without_fog_leave_the_other_samples_where_they_are() {
         // The table of the atmosphere is a broken line.
         assert_film_noticing(0.2, &name, contents.clone(), &parameters, [expected; 3], 0.01);
     }
+}
+
+/// Under the open sky every other sample of its directions finds light, and no photon of a pilot the window that is looked at: that
+/// these show no noise must not speak for them.
+#[test]
+fn a_trial_does_not_trust_photons_that_were_not_seen() {
+    let open = Parameters { photons: 0, connections: None, passes: 1, ..Parameters::default() };
+    let world = World::new(above(vec![sky()], vec![floor(2.0)]));
+    let stats = method::render(&world, &up_to_depth(open, 2), &mut Silent).unwrap().stats;
+    assert!(stats.connections.visible_points);
+    assert_eq!(stats.connections.samples, stats.parameters.connection_samples);
+    assert!(stats.connections.samples > 1, "{} samples", stats.connections.samples);
 }

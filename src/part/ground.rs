@@ -120,7 +120,7 @@ impl Ground {
     /// The same, but for what a render learns before its first pass, where `other` has not learnt it yet.
     pub fn differences_but_learnt(&self, other: &Ground) -> Vec<Difference> {
         let is_open = |name: &str| match other.parameters.get(name) {
-            Some(value) => value.is_null() || *value == Value::from(0),
+            Some(value) => value.is_null() || *value == 0,
             None => false,
         };
         let mut all = self.differences(other);

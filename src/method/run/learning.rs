@@ -103,7 +103,8 @@ impl<R: HoldsReceivers> Run<'_, R> {
         Ok(())
     }
 
-    /// Has the method learn for the connections that were chosen, by a pass that is thrown away and shoots next to nothing.
+    /// Has the method learn for the connections that were chosen, by a pass that is thrown away and shoots next to nothing. The
+    /// number of photons was chosen before: who asks for few is not to wait for many.
     fn teach(
         &self,
         body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
@@ -111,7 +112,7 @@ impl<R: HoldsReceivers> Run<'_, R> {
         let pass = Pass {
             radii: self.initial_radii,
             walks: 1,
-            walks_per_pass: balance::pilot(self.sums.len() as u64),
+            walks_per_pass: balance::pilot(self.sums.len() as u64).min(self.parameters.photons),
             ..self.next_pass(PILOT_PASSES[0], false)
         };
         body(&pass, &mut self.receivers.as_ref().new_sums())?;

@@ -30,9 +30,8 @@ pub struct Pass<'a, R> {
     pub number: u64,
     /// Walks to be shot; a pilot shoots fewer than other passes do.
     pub walks: u64,
-    pub walks_per_pass: u64,
-    /// Whether the method may learn from its receivers.
-    pub teaches: bool,
+    /// Walks that the method may learn from beforehand, what they add is thrown away; none but where nothing else is kept either.
+    pub lessons: u64,
     /// Whether the pass is the first after new ray paths took the place of others.
     pub receivers_changed: bool,
     /// What the shooter reported.

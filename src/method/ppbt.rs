@@ -19,9 +19,7 @@ pub fn begin<'a>(
     let run = Run::new(scene, parameters, KernelDimensions::BEAMS, jitter_every, Receivers::build)?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Beams(pass.parameters.photon_beams));
-        if pass.teaches {
-            shooter.learn(&target, pass.walks_per_pass)?;
-        }
+        shooter.learn(&target, pass.lessons)?;
         Ok(shooter.shoot(&target, pass.number, pass.walks, sums)?)
     }))
 }

@@ -25,9 +25,7 @@ pub fn begin<'a>(
     )?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Points);
-        if pass.teaches {
-            shooter.learn(&target, pass.walks_per_pass)?;
-        }
+        shooter.learn(&target, pass.lessons)?;
         Ok(shooter.shoot(&target, pass.number, pass.walks, sums)?)
     }))
 }

@@ -11,48 +11,67 @@ use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batch, SceneResult};
 use std::ops::Range;
 
-/// Rounds at least and at most; between them, the first that has enough lessons, counted as if all were of equal worth, is the
-/// last. Where few photons are seen, the first rounds may see none.
-const ROUNDS: [usize; 2] = [4, 10];
-const ENOUGH_LESSONS: f64 = 2000.0;
-/// Walks of a round, per pixel and in all.
-const WALKS_PER_PIXEL: f64 = 0.5;
-const WALKS: [u64; 2] = [1 << 14, 1 << 16];
-/// And of the walks of the pass that asks at most so many times as many: where walks are dear, few are asked for.
-const PASSES_PER_ROUND: u64 = 2;
+/// Rounds at least; the first after them that has enough lessons, counted as if all were of equal worth, is the last.
+const FEWEST_ROUNDS: usize = 3;
+const ENOUGH_LESSONS: f64 = 20_000.0;
+/// The first round's share of all walks. Every later one has as many walks as all before it: the better the guide, the more.
+const FIRST_SHARE: f64 = 1.0 / 16.0;
+/// Walks in all at most; bounds memory.
+const MOST_WALKS: u64 = 1 << 21;
 
-/// The guide for a pass at this target; none if no round sees anything. What the walks add to the picture is thrown away: a guide
-/// must not depend on what it is used for.
-pub fn learn_guide(
-    target: &Target,
-    seed: u64,
-    walks_per_pass: u64,
-) -> SceneResult<Option<EmissionGuide>> {
+/// What it takes to learn a guide.
+#[derive(Debug, Clone, Copy)]
+pub struct Course<'a> {
+    pub seed: u64,
+    /// Number of the first round among all that learn by this seed.
+    pub first_round: u64,
+    /// In all, at most.
+    pub walks: u64,
+    /// What is known already.
+    pub guide: Option<&'a EmissionGuide>,
+}
+
+/// The guide for passes at this target, none if no round sees anything, and how many rounds that took. What the walks add to the
+/// picture is thrown away: a guide must not depend on what it is used for.
+pub fn learn_guide(target: &Target, course: Course) -> SceneResult<(Option<EmissionGuide>, u64)> {
+    let Course { seed, first_round, walks, guide } = course;
+    let all = walks.min(MOST_WALKS);
     let pixels = target.receivers.paths.film.len();
-    let [fewest, most] = WALKS;
-    let per_round = ((WALKS_PER_PIXEL * pixels as f64) as u64)
-        .clamp(fewest, most)
-        .min(PASSES_PER_ROUND * walks_per_pass);
     let mut teacher = Teacher {
         target,
         walks: 0,
         radiance: vec![0.0; pixels],
         seen: Vec::new(),
-        guides: Vec::new(),
+        rounds: Vec::new(),
+        guide: guide.cloned(),
     };
-    for round in 0..ROUNDS[1] {
-        let batches = target.scene.batching().run_all(per_round, |batch| {
-            Round { seed, number: round as u64, target, guide: teacher.guides.last() }.shoot(batch)
+    while teacher.walks < all {
+        let (done, number) = (teacher.rounds.len(), first_round + teacher.rounds.len() as u64);
+        let of_round = walks_of_round(teacher.walks, all);
+        let batches = target.scene.batching().run_all(of_round, |batch| {
+            Round { seed, number, target, guide: teacher.guide.as_ref() }.shoot(batch)
         })?;
-        teacher.remember(per_round, &batches);
-        let lessons = teacher.lessons(round + 1);
+        teacher.remember(of_round, &batches);
+        let lessons = teacher.lessons();
         let enough = guide::of_equal_worth(&lessons) >= ENOUGH_LESSONS;
-        teacher.guides.extend(guide::learn(lessons));
-        if enough && round + 1 >= ROUNDS[0] {
+        teacher.guide = guide::learn(lessons).or(teacher.guide);
+        if enough && done + 1 >= FEWEST_ROUNDS {
             break;
         }
     }
-    Ok(teacher.guides.pop())
+    Ok((teacher.guide, teacher.rounds.len() as u64))
+}
+
+/// Walks of the next round, after so many of all.
+fn walks_of_round(done: u64, all: u64) -> u64 {
+    let first = ((FIRST_SHARE * all as f64) as u64).max(1);
+    let (next, left) = (done.max(first), all - done);
+    // Less than another round as large is left: it is part of this one.
+    if left < 2 * next {
+        left
+    } else {
+        next
+    }
 }
 
 /// What all rounds so far have seen.
@@ -64,13 +83,16 @@ struct Teacher<'a> {
     /// Walks that added something, with the sum of squares of what they added without their weights, by what errors are
     /// measured by.
     seen: Vec<(guide::Numbers, f64)>,
-    /// By round, from the first on that follows one in which something was seen.
-    guides: Vec<EmissionGuide>,
+    /// How many walks each round had, and what led them.
+    rounds: Vec<(u64, Option<EmissionGuide>)>,
+    /// What leads the next.
+    guide: Option<EmissionGuide>,
 }
 
 impl Teacher<'_> {
     fn remember(&mut self, walks: u64, batches: &[Emitted]) {
         self.walks += walks;
+        self.rounds.push((walks, self.guide.clone()));
         let paths = &self.target.receivers.paths;
         let pixel_of = |place: u32| paths.pixel_of(place);
         for &(_, place, radiance) in batches.iter().flat_map(|batch| &batch.deposits.0) {
@@ -100,13 +122,15 @@ impl Teacher<'_> {
         scales
     }
 
-    /// Every walk might have been drawn in any of the rounds so far. Each guide has led one; those before there was one were
-    /// even. [Veach 1997]
-    fn lessons(&self, rounds: usize) -> Vec<Lesson> {
-        let even = (rounds - self.guides.len()) as f64;
+    /// Every walk might have been drawn in any of the rounds so far. [Veach 1997]
+    fn lessons(&self) -> Vec<Lesson> {
         let lesson = |&(numbers, square): &(guide::Numbers, f64)| {
-            let sum: f64 = self.guides.iter().map(|guide| f64::from(guide.density(&numbers))).sum();
-            Lesson { numbers, worth: square / (even + sum) }
+            let density = |guide: &EmissionGuide| f64::from(guide.density(&numbers));
+            let expected = |(walks, guide): &(u64, Option<EmissionGuide>)| {
+                *walks as f64 * guide.as_ref().map_or(1.0, density)
+            };
+            let sum: f64 = self.rounds.iter().map(expected).sum();
+            Lesson { numbers, worth: square / sum }
         };
         self.seen.iter().map(lesson).collect()
     }
@@ -186,5 +210,26 @@ impl<N: Numbers> Numbers for Remembered<N> {
 
     fn weights(&self) -> Option<&[f32]> {
         self.numbers.weights()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever asks for few walks does not get more, and the last round, which has the best guide, is a good part of all.
+    #[test]
+    fn rounds_take_all_walks_and_no_more() {
+        for all in (1..100).chain([374, 7500, 120_000, MOST_WALKS]) {
+            let (mut done, mut rounds) = (0, Vec::new());
+            while done < all {
+                rounds.push(walks_of_round(done, all));
+                done += rounds[rounds.len() - 1];
+            }
+            assert_eq!(done, all, "{rounds:?}");
+            assert!(rounds.iter().all(|&walks| walks > 0), "{rounds:?}");
+            let last = rounds[rounds.len() - 1];
+            assert!(3 * last >= all && rounds.len() <= 6, "{rounds:?} of {all}");
+        }
     }
 }

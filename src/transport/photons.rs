@@ -5,7 +5,7 @@ use super::counters::Counters;
 use super::deposits::{Deposits, PixelSums};
 use super::gather::Target;
 use super::guided::Guided;
-use super::lessons::learn_guide;
+use super::lessons::{learn_guide, Course};
 use super::splat::Splat;
 use crate::guide::EmissionGuide;
 use crate::math::uniform::{self, Purpose};
@@ -24,8 +24,19 @@ pub struct UniformShooter {
     batches_per_round: u64,
     /// Whether emission is guided.
     is_guided: bool,
-    /// By what photons carry; none where no photon was seen.
-    guides: Vec<(Connections, Option<EmissionGuide>)>,
+    guides: Vec<Learnt>,
+    /// Rounds of lessons so far.
+    rounds: u64,
+}
+
+/// What was learnt about photons that leave out what these connections find.
+#[derive(Debug)]
+struct Learnt {
+    connections: Connections,
+    /// None where no photon was seen.
+    guide: Option<EmissionGuide>,
+    /// Walks that it might have been learnt from.
+    lessons: u64,
 }
 
 impl UniformShooter {
@@ -35,25 +46,36 @@ impl UniformShooter {
 
     /// The same, its emission guided to where photons are seen if wanted, once that is learnt.
     pub fn of(seed: u64, is_guided: bool) -> Self {
-        UniformShooter { seed, batches_per_round: 4, is_guided, guides: Vec::new() }
+        UniformShooter { seed, batches_per_round: 4, is_guided, guides: Vec::new(), rounds: 0 }
     }
 
-    /// Learns where photons are seen, if that is wanted and was not done before for what they carry; passes have so many walks.
-    pub fn learn(&mut self, target: &Target, walks_per_pass: u64) -> SceneResult<()> {
+    /// Learns where photons are seen from so many walks at most, if that is wanted and was not done before from as many.
+    pub fn learn(&mut self, target: &Target, lessons: u64) -> SceneResult<()> {
         let connections = target.plan.connections;
-        let is_known = self.guides.iter().any(|(of, _)| of.are_made_like(connections));
-        if self.is_guided && !is_known && wants_photons(target) {
-            let learnt = learn_guide(target, self.seed, walks_per_pass)?;
-            self.guides.push((connections, learnt));
+        let is_known = |known: &Learnt| {
+            known.connections.are_made_like(connections) && known.lessons >= lessons
+        };
+        if lessons == 0
+            || !self.is_guided
+            || !wants_photons(target)
+            || self.guides.iter().any(is_known)
+        {
+            return Ok(());
         }
+        let (seed, first_round) = (self.seed, self.rounds);
+        let course = Course { seed, first_round, walks: lessons, guide: self.guide(target) };
+        let (guide, rounds) = learn_guide(target, course)?;
+        self.rounds += rounds;
+        self.guides.retain(|known| !known.connections.are_made_like(connections));
+        self.guides.push(Learnt { connections, guide, lessons });
         Ok(())
     }
 
     /// The guide for what photons carry or, if there is none, for what they carried first.
     fn guide(&self, target: &Target) -> Option<&EmissionGuide> {
-        let of = |(of, _): &&(Connections, _)| of.are_made_like(target.plan.connections);
+        let of = |known: &&Learnt| known.connections.are_made_like(target.plan.connections);
         let known = self.guides.iter().find(of).or(self.guides.first());
-        known.and_then(|(_, guide)| guide.as_ref())
+        known.and_then(|known| known.guide.as_ref())
     }
 
     /// Emits `walks` walks and adds the pass's radiance to `sums`.

@@ -46,7 +46,7 @@ fn presets_agree() {
     let world = World::new(fog_furnace(Rgb::ONE, Phase::Isotropic));
     let expected = seen_inside_the_ball(|t| t, 1.0, 0.03);
     let parameters = Parameters {
-        passes: 32,
+        passes: 48,
         surface_radius: 0.03,
         medium_radius: 0.03,
         alpha: 1.0 - f32::EPSILON,

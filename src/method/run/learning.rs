@@ -11,6 +11,13 @@ use crate::transport::deposits::PixelSums;
 use crate::transport::memory::HoldsReceivers;
 use std::time::Instant;
 
+/// Walks to learn from for the trial, in those of a pilot.
+const PILOTS_OF_LESSONS: u64 = 8;
+/// And for the passes to come, in theirs, or so many if that is more, but not more than in so many passes.
+const PASSES_OF_LESSONS: u64 = 2;
+const LESSONS: u64 = 1 << 18;
+const MOST_PASSES_OF_LESSONS: u64 = 4;
+
 impl<R: HoldsReceivers> Run<'_, R> {
     /// Learns before the first pass what all passes go by. Every render of these parameters does so from the same ray paths and
     /// with the first radii, whichever passes are its own, so that passes can be shared out.
@@ -24,10 +31,13 @@ impl<R: HoldsReceivers> Run<'_, R> {
         let clock = Instant::now();
         if let Some(trial) = self.trial.take() {
             self.choose(&trial, body)?;
-        } else if self.emission.is_some() || self.next_number() > 0 {
-            let pilots = self.pilots(self.plan.connections, true, body)?;
-            if let Some(emission) = &mut self.emission {
-                emission.learn_level(self.receivers.as_ref(), &pilots.sums[0]);
+        } else {
+            self.teach(self.plan.connections, self.parameters.photons, body)?;
+            if self.emission.is_some() {
+                let pilots = self.pilots(self.plan.connections, 0, body)?;
+                if let Some(emission) = &mut self.emission {
+                    emission.learn_level(self.receivers.as_ref(), &pilots.sums[0]);
+                }
             }
         }
         self.seconds.photons += clock.elapsed().as_secs_f64();
@@ -37,28 +47,31 @@ impl<R: HoldsReceivers> Run<'_, R> {
         Ok(())
     }
 
-    /// Runs two pilots, whose pictures and counts are thrown away; they teach the method, too.
+    /// Walks of a pilot pass: not more than of those to come.
+    fn pilot_walks(&self) -> u64 {
+        let pilot = balance::pilot(self.sums.len() as u64);
+        match self.parameters.photons {
+            0 => pilot,
+            given => pilot.min(given),
+        }
+    }
+
+    /// Runs two pilots, whose pictures and counts are thrown away, the method taught by so many walks at most.
     fn pilots(
         &self,
         connections: Connections,
-        teaches: bool,
+        lessons: u64,
         body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<Pilots, RenderError> {
         let plan = self.plan.connecting(connections);
-        let pilot = balance::pilot(self.sums.len() as u64);
-        let walks_per_pass = match self.parameters.photons {
-            0 => pilot,
-            given => given,
-        };
         let mut counters = Counters::default();
         let mut run = |number| -> Result<PixelSums, RenderError> {
             let mut thrown_away = self.receivers.as_ref().new_sums();
             let pass = Pass {
                 plan: &plan,
                 radii: self.initial_radii,
-                walks: pilot.min(walks_per_pass),
-                walks_per_pass,
-                teaches,
+                walks: self.pilot_walks(),
+                lessons,
                 ..self.next_pass(number, false)
             };
             counters.add(&body(&pass, &mut thrown_away)?);
@@ -79,10 +92,12 @@ impl<R: HoldsReceivers> Run<'_, R> {
         let (candidates, pixels) = (trial.candidates, self.sums.len() as u64);
         let Parameters { seed, photons, connections, connection_samples, .. } = self.parameters;
         let is_free = connections.is_none() || !candidates.any();
-        let alone = is_free.then(|| self.pilots(Connections::NONE, true, body)).transpose()?;
+        let lessons = PILOTS_OF_LESSONS * self.pilot_walks();
+        let alone = is_free.then(|| self.pilots(Connections::NONE, lessons, body)).transpose()?;
         // By the guide of the first pilots: to learn another one is dear, and these photons are among those.
+        let further = if is_free { 0 } else { lessons };
         let beside =
-            candidates.any().then(|| self.pilots(candidates, !is_free, body)).transpose()?;
+            candidates.any().then(|| self.pilots(candidates, further, body)).transpose()?;
         let (alone, beside) = (alone.as_ref(), beside.as_ref());
         if let Some(emission) = &mut self.emission {
             emission.level = trial.level(alone, beside);
@@ -94,25 +109,38 @@ impl<R: HoldsReceivers> Run<'_, R> {
             lamp_samples: (connection_samples > 0).then_some(f64::from(connection_samples)),
             passes: f64::from(self.jitter_every),
         };
-        let choice =
-            balance::choose(&trial.judge(alone, beside, emission_share), candidates, given);
-        self.take(choice);
-        if is_free && choice.connections.any() {
-            self.teach(body)?;
-        }
+        let judge = |alone, beside, candidates| {
+            balance::choose(&trial.judge(alone, beside, emission_share), candidates, given)
+        };
+        let first = judge(alone, beside, candidates);
+        let connections = first.connections;
+        self.teach(connections, first.photons(pixels), body)?;
+        // How noisy photons are with all that is known by now.
+        let taught = self.pilots(connections, 0, body)?;
+        let (alone, beside) =
+            if connections.any() { (None, Some(&taught)) } else { (Some(&taught), None) };
+        self.take(judge(alone, beside, connections));
         Ok(())
     }
 
-    /// Has the method learn for the connections that were chosen, by a pass that is thrown away and shoots next to nothing. The
-    /// number of photons was chosen before: who asks for few is not to wait for many.
+    /// Has the method learn where such photons, so many of them in a pass, are to be shot, by a pass that is thrown away and
+    /// shoots next to nothing. Who asks for few photons is not to wait for many.
     fn teach(
         &self,
+        connections: Connections,
+        photons: u64,
         body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<(), RenderError> {
+        if !self.parameters.guided_emission {
+            return Ok(());
+        }
+        let plan = self.plan.connecting(connections);
         let pass = Pass {
+            plan: &plan,
             radii: self.initial_radii,
             walks: 1,
-            walks_per_pass: balance::pilot(self.sums.len() as u64).min(self.parameters.photons),
+            lessons: (PASSES_OF_LESSONS * photons)
+                .max(LESSONS.min(MOST_PASSES_OF_LESSONS * photons)),
             ..self.next_pass(PILOT_PASSES[0], false)
         };
         body(&pass, &mut self.receivers.as_ref().new_sums())?;

@@ -72,7 +72,7 @@ fn huge_voxel(trial: &mut Trial) -> Result<(), SelftestError> {
     for (scale, photons, methods, noticed) in [
         (100, 20_000, &[Method::Ppt, Method::Ppbt][..], 0.3),
         // Every photon that crosses the grid takes 2000 steps of delta tracking.
-        (2000, 1000, &[Method::Ppt], 1.1),
+        (2000, 1500, &[Method::Ppt], 1.1),
     ] {
         let scene = trial.bench.load(GRID, &[("scale", scale.to_string())])?;
         let lent = scene.lend(0)?;

@@ -42,24 +42,36 @@ pub fn learn_guide(target: &Target, course: Course) -> SceneResult<(Option<Emiss
         walks: 0,
         radiance: vec![0.0; pixels],
         seen: Vec::new(),
-        rounds: Vec::new(),
+        drawn: Vec::new(),
+        rounds: 0,
         guide: guide.cloned(),
     };
     while teacher.walks < all {
-        let (done, number) = (teacher.rounds.len(), first_round + teacher.rounds.len() as u64);
+        let done = teacher.rounds;
         let of_round = walks_of_round(teacher.walks, all);
-        let batches = target.scene.batching().run_all(of_round, |batch| {
-            Round { seed, number, target, guide: teacher.guide.as_ref() }.shoot(batch)
-        })?;
-        teacher.remember(of_round, &batches);
+        // Half of them look where the guide would not send them: what it does not know of it would hardly ever learn.
+        let even = if teacher.guide.is_some() { of_round / 2 } else { of_round };
+        for (half, (walks, is_guided)) in
+            [(even, false), (of_round - even, true)].into_iter().enumerate()
+        {
+            let guide = teacher.guide.as_ref().filter(|_| is_guided);
+            let number = 2 * (first_round + done as u64) + half as u64;
+            let batches = target
+                .scene
+                .batching()
+                .run_all(walks, |batch| Round { seed, number, target, guide }.shoot(batch))?;
+            teacher.count(walks, is_guided);
+            teacher.remember(&batches);
+        }
+        teacher.rounds += 1;
         let lessons = teacher.lessons();
         let enough = guide::of_equal_worth(&lessons) >= ENOUGH_LESSONS;
         teacher.guide = guide::learn(lessons).or(teacher.guide);
-        if enough && done + 1 >= FEWEST_ROUNDS {
+        if enough && teacher.rounds >= FEWEST_ROUNDS {
             break;
         }
     }
-    Ok((teacher.guide, teacher.rounds.len() as u64))
+    Ok((teacher.guide, teacher.rounds as u64))
 }
 
 /// Walks of the next round, after so many of all.
@@ -83,16 +95,21 @@ struct Teacher<'a> {
     /// Walks that added something, with the sum of squares of what they added without their weights, by what errors are
     /// measured by.
     seen: Vec<(guide::Numbers, f64)>,
-    /// How many walks each round had, and what led them.
-    rounds: Vec<(u64, Option<EmissionGuide>)>,
-    /// What leads the next.
+    /// How many walks were drawn by which guide, or evenly.
+    drawn: Vec<(u64, Option<EmissionGuide>)>,
+    rounds: usize,
+    /// What leads half of the next round.
     guide: Option<EmissionGuide>,
 }
 
 impl Teacher<'_> {
-    fn remember(&mut self, walks: u64, batches: &[Emitted]) {
+    /// Walks are counted before they are remembered.
+    fn count(&mut self, walks: u64, is_guided: bool) {
         self.walks += walks;
-        self.rounds.push((walks, self.guide.clone()));
+        self.drawn.push((walks, self.guide.clone().filter(|_| is_guided)));
+    }
+
+    fn remember(&mut self, batches: &[Emitted]) {
         let paths = &self.target.receivers.paths;
         let pixel_of = |place: u32| paths.pixel_of(place);
         for &(_, place, radiance) in batches.iter().flat_map(|batch| &batch.deposits.0) {
@@ -122,14 +139,14 @@ impl Teacher<'_> {
         scales
     }
 
-    /// Every walk might have been drawn in any of the rounds so far. [Veach 1997]
+    /// Every walk might have been drawn by any guide so far, or evenly. [Veach 1997]
     fn lessons(&self) -> Vec<Lesson> {
         let lesson = |&(numbers, square): &(guide::Numbers, f64)| {
             let density = |guide: &EmissionGuide| f64::from(guide.density(&numbers));
             let expected = |(walks, guide): &(u64, Option<EmissionGuide>)| {
                 *walks as f64 * guide.as_ref().map_or(1.0, density)
             };
-            let sum: f64 = self.rounds.iter().map(expected).sum();
+            let sum: f64 = self.drawn.iter().map(expected).sum();
             Lesson { numbers, worth: square / sum }
         };
         self.seen.iter().map(lesson).collect()

@@ -70,10 +70,16 @@ measure_queries() {
 Accepted pairs per second (`thrpt`): photons among the beams of a pinhole, photons on surfaces among visible points, photon beams among view
 beams. `no_search` is a loop over the very pairs that all accept; `bvh` and `kiddo` are the crates, `uniform_grid` is the bench's own. Photons find
 ten pairs in the mean whatever the number of receivers; `_sorted` puts them in order first, as gathering does, and counts the time for it. The program
-asks `ApexGrid` and `ViewPointTree`, and `ViewBeamTree` for beams that do not come from a pinhole and for photon beams.
+asks `ApexGrid` and `ViewPointTree`, and `ViewBeamTree` for beams that do not come from a pinhole.
 
 TEXT
     measured 'cargo bench --bench tree_query -- "beams/|points/"'
+    cat <<'TEXT'
+There a pair is two additions. In a render it is also evaluated and deposited: photons of real scenes at the first radii of preset `paper`, against a loop over the same pairs
+that evaluates and deposits them without a search.
+
+TEXT
+    measured 'cargo bench --bench pairs'
 }
 
 measure_effects() {

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use proptest::prelude::*;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
-use vpt::math::Segment;
+use vpt::math::{Approach, Segment};
 use vpt::tree::ApexGrid;
 
 #[allow(dead_code)]
@@ -38,6 +38,70 @@ fn by_grid(grid: &ApexGrid, p: Vec3, radius: f32) -> Vec<Pair> {
     grid.query(p, radius, |index, t, d2| pairs.push((index, t.to_bits(), d2.to_bits())));
     pairs.sort_unstable();
     pairs
+}
+
+/// Index, bits of the approach.
+type BeamPair = (u32, [u32; 4]);
+
+fn bits(approach: Approach) -> [u32; 4] {
+    [approach.t, approach.t_other, approach.distance_squared, approach.sine].map(f32::to_bits)
+}
+
+fn along_by_brute_force(
+    beams: &[(u32, Segment)],
+    photon_beam: &Segment,
+    radius: f32,
+) -> Vec<BeamPair> {
+    let is_pair = |segment: &Segment, approach: &Approach| {
+        segment.is_finite()
+            && photon_beam.is_finite()
+            && radius > 0.0
+            && approach.distance_squared < radius * radius
+            && (0.0..segment.length).contains(&approach.t)
+            && (0.0..photon_beam.length).contains(&approach.t_other)
+    };
+    let mut pairs = Vec::new();
+    for (index, segment) in beams {
+        let approach = segment.approach(photon_beam).filter(|found| is_pair(segment, found));
+        pairs.extend(approach.map(|found| (*index, bits(found))));
+    }
+    pairs.sort_unstable();
+    pairs
+}
+
+fn along_by_grid(grid: &ApexGrid, photon_beam: &Segment, radius: f32) -> Vec<BeamPair> {
+    let mut pairs = Vec::new();
+    grid.query_segment(photon_beam, radius, |index, found| pairs.push((index, bits(found))));
+    pairs.sort_unstable();
+    pairs
+}
+
+/// Photon beams of many kinds: across the view, towards the apex and through it, along a beam, along an axis, from behind.
+fn photon_beams(beams: &[(u32, Segment)], apex: Vec3, rng: &mut StdRng) -> Vec<Segment> {
+    let mut photons = Vec::new();
+    for _ in 0..24 {
+        let beam = beams[rng.random_range(0..beams.len())].1;
+        let length = if beam.length.is_finite() { beam.length } else { 1.0 };
+        let on_beam = beam.at(rng.random::<f32>() * length);
+        let [here, there] = [0.3, 1.5].map(|spread| on_beam + spread * random_direction(rng));
+        let near = |p: Vec3, rng: &mut StdRng| p + 0.01 * random_direction(rng);
+        let turned = (beam.direction + 1e-3 * random_direction(rng)).normalize();
+        let axis = Vec3::AXES[rng.random_range(0..3)];
+        photons.extend([
+            Segment::between(here, there),
+            Segment::between(on_beam, there),
+            Segment::between(there, near(apex, rng)),
+            Segment::between(there, apex + apex - near(there, rng)),
+            Segment::between(near(apex, rng), near(beam.at(length), rng)),
+            Segment { origin: near(on_beam, rng), direction: turned, length: 1.0 },
+            Segment { origin: near(on_beam, rng), direction: -turned, length: 1.0 },
+            Segment { direction: beam.direction, ..Segment::between(here, there) },
+            Segment { origin: on_beam - 0.5 * axis, direction: axis, length: 1.0 },
+            Segment { length: 100.0, ..Segment::between(there, here) },
+            Segment::between(on_beam, on_beam),
+        ]);
+    }
+    photons
 }
 
 /// A camera: where its apex is, where it looks, how wide, from which near plane on, and by how much rays miss the apex.
@@ -86,6 +150,20 @@ fn check(beams: &[(u32, Segment)], apex: Vec3, rng: &mut StdRng) -> usize {
                 in_order, expected,
                 "photon at {p}, radius {radius}, after the order was taken"
             );
+            count += expected.len();
+        }
+    }
+    count + check_along(&grid, beams, apex, rng)
+}
+
+/// Returns how many pairs there were.
+fn check_along(grid: &ApexGrid, beams: &[(u32, Segment)], apex: Vec3, rng: &mut StdRng) -> usize {
+    let mut count = 0;
+    for photon_beam in photon_beams(beams, apex, rng) {
+        for radius in [0.3, 0.02, 0.001, 0.0, f32::NAN] {
+            let expected = along_by_brute_force(beams, &photon_beam, radius);
+            let found = along_by_grid(grid, &photon_beam, radius);
+            assert_eq!(found, expected, "{photon_beam:?}, radius {radius}");
             count += expected.len();
         }
     }
@@ -146,6 +224,8 @@ fn what_does_not_meet_is_refused() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn any_pinhole_finds_what_brute_force_finds(
         seed in any::<u64>(),
@@ -165,6 +245,10 @@ proptest! {
                 let p = apex + 2.0 * (2.0 * random_in_cube(&mut rng) - 1.0);
                 let radius = 0.5 * rng.random::<f32>().powi(3);
                 prop_assert_eq!(by_grid(&grid, p, radius), by_brute_force(&beams, p, radius));
+                let end = apex + 2.0 * (2.0 * random_in_cube(&mut rng) - 1.0);
+                let photon_beam = Segment::between(p, end);
+                let expected = along_by_brute_force(&beams, &photon_beam, radius);
+                prop_assert_eq!(along_by_grid(&grid, &photon_beam, radius), expected);
             }
         }
     }

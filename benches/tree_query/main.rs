@@ -194,6 +194,11 @@ fn beams_on_beams(criterion: &mut Criterion) {
         contest.enter("ViewBeamTree", 1, |photon, found| {
             tree.query_segment(photon, radius, |_, pair| found.add(pair.t / pair.sine));
         });
+        let indexed: Vec<_> = (0..).zip(segments.iter().copied()).collect();
+        let grid = ApexGrid::build(&indexed).expect("the beams meet in a point");
+        contest.enter("ApexGrid", 1, |photon, found| {
+            grid.query_segment(photon, radius, |_, pair| found.add(pair.t / pair.sine));
+        });
         if segments.len() > MANY_BEAMS {
             continue;
         }

@@ -16,13 +16,8 @@ pub fn begin<'a>(
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = UniformShooter::of(parameters.seed, parameters.guided_emission);
     let jitter_every = parameters.jitter_every;
-    let run = Run::new(
-        scene,
-        parameters,
-        KernelDimensions::POINTS,
-        jitter_every,
-        Receivers::build_for_points,
-    )?;
+    let run =
+        Run::new(scene, parameters, KernelDimensions::POINTS, jitter_every, Receivers::build)?;
     Ok(run.with_pass(move |pass, sums| {
         let target = pass.target(Particles::Points);
         shooter.learn(&target, pass.lessons)?;

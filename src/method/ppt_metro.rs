@@ -16,13 +16,8 @@ pub fn begin<'a>(
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let mut shooter = ChainShooter::new(parameters.seed, parameters.chains);
     let jitter_every = parameters.jitter_every;
-    let run = Run::new(
-        scene,
-        parameters,
-        KernelDimensions::POINTS,
-        jitter_every,
-        Receivers::build_for_points,
-    )?;
+    let run =
+        Run::new(scene, parameters, KernelDimensions::POINTS, jitter_every, Receivers::build)?;
     Ok(run.with_pass(move |pass, sums| {
         if pass.is_pilot() {
             return pass.pilot(Particles::Points, sums);

@@ -142,9 +142,9 @@ impl Gathering<'_> {
     pub fn beams<S: Sink>(&self, own: &PhotonBeams, range: Range<usize>, out: &mut Gathered<S>) {
         for beam in &own.beams[range] {
             out.counters.medium_photons += 1;
-            let (tree, radius) = (self.target.receivers.beam_tree(), self.pairs.radii.medium);
-            tree.query_segment(&beam.segment, radius, |index, approach| {
-                let view = self.target.receivers.view_beam(index);
+            let (receivers, radius) = (self.target.receivers, self.pairs.radii.medium);
+            receivers.beams_along(&beam.segment, radius, |index, approach| {
+                let view = receivers.view_beam(index);
                 self.pairs.beam_on_beam(beam, &own.tables, view, &approach, out);
             });
         }

@@ -1,4 +1,4 @@
-use crate::math::{Aabb, MortonCurve};
+use crate::math::{Aabb, Approach, MortonCurve, Segment};
 use crate::transport::memory::{HoldsReceivers, ReceiverMemory};
 use crate::transport::view::{ViewBeam, ViewPaths};
 use crate::tree::{ApexGrid, ViewBeamTree, ViewPointTree};
@@ -8,7 +8,7 @@ use rayon::join;
 /// What photons are shot at between two jitters: ray paths and the trees over them.
 pub struct Receivers {
     pub paths: ViewPaths,
-    /// Beams straight from a pinhole; none where photon beams are shot, which ask the tree alone, and for other lenses.
+    /// Beams straight from a pinhole; none for other lenses.
     apex_grid: Option<ApexGrid>,
     /// Over all other beams, which follow those of the grid.
     beam_tree: ViewBeamTree,
@@ -18,13 +18,8 @@ pub struct Receivers {
 }
 
 impl Receivers {
-    /// The trees over traced paths. [Collin 2013 §5.1]
-    pub fn build(paths: ViewPaths) -> Self {
-        Receivers::beside_grid(paths, None)
-    }
-
-    /// The same for photon points, which find beams from a pinhole without a tree.
-    pub fn build_for_points(mut paths: ViewPaths) -> Self {
+    /// The trees over traced paths, and a grid over what comes straight from a pinhole. [Collin 2013 §5.1]
+    pub fn build(mut paths: ViewPaths) -> Self {
         let indexed = (0u32..).zip(paths.beam_segments.iter().copied());
         let is_straight = |index: u32| paths.beams[index as usize].depth == 0;
         let straight: Vec<_> = indexed.filter(|(index, _)| is_straight(*index)).collect();
@@ -61,6 +56,22 @@ impl Receivers {
         self.beam_tree.query(p, radius, |beam, t, d2| visit(in_grid + beam, t, d2));
     }
 
+    /// Calls `visit(index, approach)` for every beam that a photon beam comes near to, see [`ViewBeamTree::query_segment`].
+    #[inline]
+    pub fn beams_along(
+        &self,
+        photon_beam: &Segment,
+        radius: f32,
+        mut visit: impl FnMut(u32, Approach),
+    ) {
+        let mut in_grid = 0;
+        if let Some(grid) = &self.apex_grid {
+            grid.query_segment(photon_beam, radius, &mut visit);
+            in_grid = grid.len() as u32;
+        }
+        self.beam_tree.query_segment(photon_beam, radius, |beam, pair| visit(in_grid + beam, pair));
+    }
+
     /// A beam that was found.
     #[inline]
     pub fn view_beam(&self, index: u32) -> ViewBeam<'_> {
@@ -86,12 +97,6 @@ impl Receivers {
     #[inline]
     pub fn place_among_points(&self, p: Vec3) -> u32 {
         self.around_points.place(p)
-    }
-
-    /// The tree over all beams, for photon beams.
-    pub fn beam_tree(&self) -> &ViewBeamTree {
-        assert!(self.apex_grid.is_none(), "these receivers were built for photon points");
-        &self.beam_tree
     }
 }
 

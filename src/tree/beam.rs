@@ -1,4 +1,4 @@
-use crate::math::Segment;
+use crate::math::{Approach, Segment};
 use glam::Vec3;
 
 /// A segment and its index in the caller's slice; aligned so that a test touches one cache line.
@@ -18,6 +18,18 @@ impl Beam {
         // One branch instead of three: nearly all candidates fail, each for another reason.
         let is_pair = (distance_squared < radius_squared) & (t >= 0.0) & (t < self.segment.length);
         is_pair.then_some((t, distance_squared))
+    }
+
+    /// The approach to a photon beam that makes a pair with the beam; see [`super::ViewBeamTree::query_segment`].
+    #[inline]
+    pub fn pair_along(&self, photon_beam: &Segment, radius_squared: f32) -> Option<Approach> {
+        let approach = self.segment.approach(photon_beam)?;
+        let is_pair = (approach.distance_squared < radius_squared)
+            & (approach.t >= 0.0)
+            & (approach.t < self.segment.length)
+            & (approach.t_other >= 0.0)
+            & (approach.t_other < photon_beam.length);
+        is_pair.then_some(approach)
     }
 }
 

@@ -5,8 +5,8 @@
 //! that led it there, asks [`ViewBeamTree`] for the view beams around it; one that lands on a surface
 //! asks [`ViewPointTree`] for the visible points.
 //!
-//! Photon points find the beams that leave a pinhole in [`ApexGrid`] instead, which has the same pairs sooner; the tree then
-//! holds the others.
+//! Beams that leave a pinhole are found in [`ApexGrid`] instead, which has the same pairs sooner; the tree then holds the
+//! others.
 //!
 //! Two are built once per pass, over its photons, and asked by the view beams: [`PhotonDisks`]
 //! [Jarosz 2008] has the pairs of [`ViewBeamTree::query`], [`PhotonBeams`] [Jarosz 2011] those of
@@ -17,6 +17,7 @@
 pub mod apex_grid;
 mod beam;
 pub mod bvh;
+mod interval;
 pub mod photon_beams;
 pub mod photon_disks;
 pub mod view_beam;

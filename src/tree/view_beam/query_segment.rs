@@ -2,6 +2,7 @@ use glam::Vec3;
 
 use super::{Leaf, ViewBeamTree};
 use crate::math::{Aabb, Approach, Segment};
+use crate::tree::interval::Interval;
 use crate::tree::MAX_DEPTH;
 
 /// Least slope of a photon beam against any axis, so that reciprocals are finite. Over the length
@@ -99,32 +100,12 @@ impl ViewBeamTree {
     ) {
         for &reference in &self.references[leaf.range()] {
             let beam = &self.beams[reference as usize];
-            let Some(approach) = beam.segment.approach(photon_beam) else {
-                continue;
-            };
-            let is_pair = (approach.distance_squared < radius_squared)
-                & (approach.t >= 0.0)
-                & (approach.t < beam.segment.length)
-                & (approach.t_other >= 0.0)
-                & (approach.t_other < photon_beam.length);
-            if is_pair && leaf.cell.owns(beam.segment.at(approach.t)) {
-                visit(beam.index, approach);
+            if let Some(approach) = beam.pair_along(photon_beam, radius_squared) {
+                if leaf.cell.owns(beam.segment.at(approach.t)) {
+                    visit(beam.index, approach);
+                }
             }
         }
-    }
-}
-
-/// Parameters of a photon beam, both ends included.
-#[derive(Clone, Copy, Debug, Default)]
-struct Interval {
-    start: f32,
-    end: f32,
-}
-
-impl Interval {
-    #[inline]
-    fn is_empty(self) -> bool {
-        self.start > self.end
     }
 }
 

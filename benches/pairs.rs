@@ -1,0 +1,213 @@
+//! What a search costs where pairs are worth what they are in a render: photons of a real scene look for their receivers,
+//! and every pair is evaluated and deposited; against a loop over the very pairs that does the same without a search.
+//! One thread; throughput is in accepted pairs. Photons come in the order of space, as gathering has them, and sorting counts.
+
+use std::path::PathBuf;
+
+use criterion::{criterion_group, criterion_main, Criterion, Throughput};
+use vpt::density::radius::Radii;
+use vpt::host::session::{SceneFile, Session};
+use vpt::math::Approach;
+use vpt::method::Silent;
+use vpt::plan::Plan;
+use vpt::scene::Scene;
+use vpt::transport::gather::Particles;
+use vpt::transport::pairs::{Gathered, Pairs};
+use vpt::transport::photon::{MediumPhoton, SurfacePhoton};
+use vpt::transport::photon_beam::{BeamKind, PhotonBeam, PhotonBeams};
+use vpt::transport::receivers::Receivers;
+use vpt::transport::splat::Splat;
+use vpt::transport::store::{Storage, StoredPhotons};
+use vpt::transport::view;
+
+const SCENES: [&str; 2] = ["cornell_fog", "window_room"];
+const WALKS: u64 = 20_000;
+/// Walks whose photons are beams, which make many more pairs each.
+const BEAM_WALKS: u64 = 2_000;
+const SEED: u64 = 1;
+
+type Out = Gathered<Splat>;
+
+/// What photons are shot at.
+struct Stage<'a> {
+    receivers: &'a Receivers,
+    pairs: Pairs<'a>,
+}
+
+/// One kind of photons and receivers.
+trait Kind {
+    type Photon;
+    type Pair: Copy;
+    fn photons(&self) -> &[Self::Photon];
+    fn place(&self, stage: &Stage, photon: &Self::Photon) -> u32;
+    fn search(&self, stage: &Stage, photon: &Self::Photon, visit: impl FnMut(Self::Pair));
+    fn add(&self, stage: &Stage, photon: &Self::Photon, pair: Self::Pair, out: &mut Out);
+}
+
+struct PointsOnBeams<'a>(&'a [MediumPhoton]);
+
+impl Kind for PointsOnBeams<'_> {
+    type Photon = MediumPhoton;
+    type Pair = (u32, f32, f32);
+
+    fn photons(&self) -> &[MediumPhoton] {
+        self.0
+    }
+
+    fn place(&self, stage: &Stage, photon: &MediumPhoton) -> u32 {
+        stage.receivers.place_among_beams(photon.position)
+    }
+
+    fn search(&self, stage: &Stage, photon: &MediumPhoton, mut visit: impl FnMut(Self::Pair)) {
+        let radius = stage.pairs.radii.medium;
+        stage.receivers.beams_around(photon.position, radius, |i, t, d2| visit((i, t, d2)));
+    }
+
+    fn add(&self, stage: &Stage, photon: &MediumPhoton, (i, t, d2): Self::Pair, out: &mut Out) {
+        stage.pairs.point_on_beam(photon, stage.receivers.view_beam(i), t, d2, out);
+    }
+}
+
+struct PointsOnPoints<'a>(&'a [SurfacePhoton]);
+
+impl Kind for PointsOnPoints<'_> {
+    type Photon = SurfacePhoton;
+    type Pair = (u32, glam::Vec3, f32);
+
+    fn photons(&self) -> &[SurfacePhoton] {
+        self.0
+    }
+
+    fn place(&self, stage: &Stage, photon: &SurfacePhoton) -> u32 {
+        stage.receivers.place_among_points(photon.position)
+    }
+
+    fn search(&self, stage: &Stage, photon: &SurfacePhoton, mut visit: impl FnMut(Self::Pair)) {
+        let (tree, radius) = (&stage.receivers.point_tree, stage.pairs.radii.surface);
+        tree.query_places(photon.position, radius, |i, place, d2| visit((i, place, d2)));
+    }
+
+    fn add(&self, stage: &Stage, photon: &SurfacePhoton, (i, p, d2): Self::Pair, out: &mut Out) {
+        let point = &stage.receivers.paths.points[i as usize];
+        stage.pairs.photon_on_point(photon, point, p, d2, out);
+    }
+}
+
+struct BeamsOnBeams<'a>(&'a PhotonBeams);
+
+impl Kind for BeamsOnBeams<'_> {
+    type Photon = PhotonBeam;
+    type Pair = (u32, Approach);
+
+    fn photons(&self) -> &[PhotonBeam] {
+        &self.0.beams
+    }
+
+    /// They keep their order.
+    fn place(&self, _: &Stage, _: &PhotonBeam) -> u32 {
+        0
+    }
+
+    fn search(&self, stage: &Stage, photon: &PhotonBeam, mut visit: impl FnMut(Self::Pair)) {
+        let radius = stage.pairs.radii.medium;
+        stage.receivers.beams_along(&photon.segment, radius, |i, approach| visit((i, approach)));
+    }
+
+    fn add(&self, stage: &Stage, photon: &PhotonBeam, (i, approach): Self::Pair, out: &mut Out) {
+        let view = stage.receivers.view_beam(i);
+        stage.pairs.beam_on_beam(photon, &self.0.tables, view, &approach, out);
+    }
+}
+
+/// Times search and flat loop over the same pairs.
+fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: &K) {
+    let in_order = || {
+        let mut order: Vec<u64> = (0..)
+            .zip(kind.photons())
+            .map(|(index, photon)| u64::from(kind.place(stage, photon)) << 32 | index)
+            .collect();
+        order.sort_unstable();
+        order.into_iter().map(|key| &kind.photons()[key as u32 as usize])
+    };
+    let (mut flat, mut pairs) = (Vec::new(), 0);
+    for photon in in_order() {
+        let mut found = Vec::new();
+        kind.search(stage, photon, |pair| found.push(pair));
+        pairs += found.len();
+        flat.push((photon, found));
+    }
+    let out = || Gathered::new(Splat::new(stage.receivers.paths.new_sums().places()));
+
+    let mut group = criterion.benchmark_group(name);
+    group.sample_size(10).throughput(Throughput::Elements(pairs as u64));
+    group.bench_function("no_search", |bencher| {
+        bencher.iter(|| {
+            let mut out = out();
+            for (photon, found) in &flat {
+                found.iter().for_each(|&pair| kind.add(stage, photon, pair, &mut out));
+            }
+            out
+        });
+    });
+    group.bench_function("search", |bencher| {
+        bencher.iter(|| {
+            let mut out = out();
+            for photon in in_order() {
+                kind.search(stage, photon, |pair| kind.add(stage, photon, pair, &mut out));
+            }
+            out
+        });
+    });
+}
+
+/// The photons of so many walks.
+fn shoot(
+    scene: &dyn Scene,
+    plan: &Plan,
+    at: &Receivers,
+    particles: Particles,
+    walks: u64,
+) -> StoredPhotons {
+    let (wanted, cone) = (at.paths.wanted(plan), at.paths.beam_cone);
+    let storage = Storage { scene, plan, particles, wanted, cone, seed: SEED };
+    storage.shoot(0, walks).expect("photons").0
+}
+
+fn pairs(criterion: &mut Criterion) {
+    let session = Session::start(Some("scalar_rgb"), None, 1).expect("start Mitsuba");
+    for name in SCENES {
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+            .join(format!("mitsuba_scenes/{name}/scene.xml"));
+        let side = |axis: &str| (axis.to_owned(), "160".to_owned());
+        let defines = vec![side("resx"), side("resy")];
+        let settings = vec![("preset".to_owned(), "paper".to_owned())];
+        let file = SceneFile { path, defines, settings, ..SceneFile::default() };
+        let mut loaded = session.load(&file).expect("load the scene");
+        let radii: Radii =
+            loaded.render(0, 1, Some(1), &mut Silent).expect("it renders").initial_radii;
+        let lent = loaded.lend(0).expect("lend the scene");
+        let scene = lent.scene();
+        let plan = loaded.parameters(0).expect("parameters").plan(scene.description());
+        let receivers = Receivers::build(view::trace(scene, &plan, SEED, 0).expect("rays"));
+        let stage =
+            Stage { receivers: &receivers, pairs: Pairs::new(&plan, &receivers.paths, radii) };
+
+        let points = shoot(scene, &plan, &receivers, Particles::Points, WALKS);
+        let long = Particles::Beams(BeamKind::Long);
+        let beams = shoot(scene, &plan, &receivers, long, BEAM_WALKS).beams;
+        let named = |kind: &str| format!("{name}, {kind}");
+        let in_media = PointsOnBeams(&points.in_media);
+        contest(criterion, &named("photons on beams"), &stage, &in_media);
+        let on_surfaces = PointsOnPoints(&points.on_surfaces);
+        contest(criterion, &named("photons on points"), &stage, &on_surfaces);
+        contest(criterion, &named("photon beams on beams"), &stage, &BeamsOnBeams(&beams));
+    }
+}
+
+// Criterion's plots want fonts that a machine may lack.
+criterion_group! {
+    name = benches;
+    config = Criterion::default().without_plots();
+    targets = pairs
+}
+criterion_main!(benches);

@@ -40,6 +40,8 @@ use vpt::host::session::Session;
 use vpt::method::Method;
 
 const FEW: u64 = 20;
+/// The short run begins behind a hall of mirrors in fog that takes as long as ten other scenes.
+const FIRST_OF_FEW: u64 = 10;
 const MANY: u64 = 200;
 /// Shares of the pictures that may be undecided: few scenes get little time.
 const UNDECIDED_OF_FEW: f64 = 0.5;
@@ -47,7 +49,7 @@ const UNDECIDED_OF_MANY: f64 = 0.25;
 
 #[test]
 fn few_scenes_agree() {
-    run(1, FEW, Effort::SHORT, UNDECIDED_OF_FEW);
+    run(FIRST_OF_FEW, FEW, Effort::SHORT, UNDECIDED_OF_FEW);
 }
 
 #[test]

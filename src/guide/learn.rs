@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// Probability that is spread evenly over the cube: no walk weighs more than its inverse.
-const EVEN_SHARE: f64 = 0.2;
+const EVEN_SHARE: f64 = 0.3;
 /// Slices of a box between which it may be cut.
 const SLICES: usize = 8;
 /// A cut has to save more than so many times what chance would save where nothing is to be saved.

@@ -60,11 +60,11 @@ fn small_parts_of_floors_under_lamps_of_every_kind() {
     // Three in four photons leave lamps that the floor hides: a lamp is chosen before anything else.
     let hidden = (1..4).map(|i| lamp_at(-f64::from(i) * DVec3::Z));
     for (name, lamps, surfaces, photons, irradiance) in [
-        ("point", vec![point], vec![], 100_000, 1.0),
-        ("one of four", hidden.chain([point]).collect(), vec![], 100_000, 1.0),
-        ("sun", vec![sun], vec![], 100_000, 0.6),
-        ("sky", vec![sky()], vec![], 100_000, PI),
-        ("surface", vec![], vec![lamp], 100_000, 4.0 * b * b.atan()),
+        ("point", vec![point], vec![], 130_000, 1.0),
+        ("one of four", hidden.chain([point]).collect(), vec![], 130_000, 1.0),
+        ("sun", vec![sun], vec![], 130_000, 0.6),
+        ("sky", vec![sky()], vec![], 130_000, PI),
+        ("surface", vec![], vec![lamp], 130_000, 4.0 * b * b.atan()),
     ] {
         let surfaces = [vec![floor(0.5)], surfaces].concat();
         let camera = Camera::new(0.9 * DVec3::Z, -DVec3::Z, [8, 8], parallel(0.04));
@@ -97,7 +97,7 @@ fn a_narrow_view_of_fog_under_the_sun() {
     contents.camera.projection = parallel(0.2);
     let seen = f64::from(albedo) / (4.0 * PI) * -(-column * (1.0 + slant)).exp_m1() / (1.0 + slant);
     for method in [Method::Ppt, Method::Ppbt] {
-        let parameters = Parameters { method, ..up_to_depth(guided(160_000, 0.1), 2) };
+        let parameters = Parameters { method, ..up_to_depth(guided(200_000, 0.1), 2) };
         assert_guided(method.name(), contents.clone(), &parameters, seen, 0.0);
     }
 }

@@ -49,6 +49,11 @@ Vertices per second of photon walks, one thread: through the seam (batches, C AB
 
 TEXT
     measured 'cargo bench --bench photon_walk'
+    cat <<'TEXT'
+Dr.Jit's LLVM variant on all cores: walks that nobody looks at, by the size of batches, against whole shooting, whose photons look for their receivers and are deposited.
+
+TEXT
+    measured 'cargo bench --bench wavefront'
 }
 
 measure_passes() {

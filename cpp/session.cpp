@@ -218,10 +218,16 @@ Properties &ensure_vpt(parser::ParserState &state, std::string &notes) {
     return node->props;
 }
 
-ref<Object> instantiate(const std::string &variant, const char *path, const VptSceneFile &file,
-                        std::string &notes) {
+// Where Mitsuba looks for its plugins, and for the files of a scene.
+ref<FileResolver> new_resolver() {
     ref<FileResolver> resolver = new FileResolver();
     resolver->append(util::library_path().parent_path());
+    return resolver;
+}
+
+ref<Object> instantiate(const std::string &variant, const char *path, const VptSceneFile &file,
+                        std::string &notes) {
+    ref<FileResolver> resolver = new_resolver();
     resolver->append(fs::path(path).parent_path());
     set_file_resolver(resolver);
 
@@ -363,6 +369,8 @@ int32_t vpt_session_start(const char *variant_, uint32_t threads, uint32_t verbo
         logger()->set_log_level(levels[std::min(verbosity, 3u)]);
         jit_set_log_level_stderr(verbosity > 1 ? ::LogLevel::Warn : ::LogLevel::Error);
         render_threads = threads;
+        // Plugins are also made apart from any scene.
+        set_file_resolver(new_resolver());
         start_backend(variant);
         Profiler::static_initialization();
         color_management_static_initialization(string::starts_with(variant, "cuda_"),

@@ -9,7 +9,7 @@
 //!
 //! Lines need not meet exactly: rays start on a near plane and a little behind boundaries. Every line is parallel to one through
 //! the apex, at most `slack` beside it. If a photon is within `radius` of a beam, it is within `reach = radius + slack` (and
-//! the roundings that [`super::ViewBeamTree`] allows for) of the line through the apex: the ball of that size around it
+//! the roundings that [`crate::tree::ViewBeamTree`] allows for) of the line through the apex: the ball of that size around it
 //! touches the line, whose slopes lie between those of the ball's tangents. For a photon beam this holds for the ball around
 //! its end of the connection.
 

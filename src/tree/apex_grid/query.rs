@@ -4,7 +4,7 @@ use super::{ApexGrid, LANES, TURN, WIDER};
 use glam::Vec3;
 
 impl ApexGrid {
-    /// As [`super::ViewBeamTree::query`], pairs of the same bits, in the order of the cells.
+    /// As [`crate::tree::ViewBeamTree::query`], pairs of the same bits, in the order of the cells.
     #[inline]
     pub fn query(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {
         if radius.is_nan() || radius <= 0.0 {

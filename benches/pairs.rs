@@ -174,7 +174,7 @@ fn shoot(
 }
 
 fn pairs(criterion: &mut Criterion) {
-    let session = Session::start(Some("scalar_rgb"), None, 1).expect("start Mitsuba");
+    let session = Session::start(Some("scalar_rgb"), None, 0).expect("start Mitsuba");
     for name in SCENES {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
             .join(format!("mitsuba_scenes/{name}/scene.xml"));

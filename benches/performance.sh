@@ -17,11 +17,11 @@ trap 'rm -rf "$errors" "$pictures"' EXIT
 # Elsewhere than usual: the tables do not tell what has changed since the last time.
 export CRITERION_HOME=$pictures/criterion
 
-# What a command prints on stdout, without colours and Mitsuba's log, which names places of this machine.
+# What a command prints on stdout, without colours.
 measured() {
     local command=$1
     printf '```sh\n%s\n```\n\n```text\n' "$command"
-    bash -c "$command" 2>>"$errors" | sed -E 's/\x1b\[[0-9;]*m//g; s/[[:space:]]+$//' | grep -vE '^$|^(Gnuplot|Benchmarking|Warning|[0-9-]{10} [0-9:]{8} INFO)' || {
+    bash -c "$command" 2>>"$errors" | sed -E 's/\x1b\[[0-9;]*m//g; s/[[:space:]]+$//' | grep -vE '^$|^(Gnuplot|Benchmarking|Warning)' || {
         cat "$errors" >&2
         exit 1
     }

@@ -4,19 +4,21 @@
 
 use super::Counters;
 use crate::plan::Connections;
+use crate::transport::counters::SEGMENTS_PER_USUAL_WALK;
 use crate::transport::photon::{Family, PerFamily};
 
 /// What tracing a pixel's ray path costs with its share of trees and film, in segments of photons' walks; measured on two
-/// cores, see docs/PERFORMANCE.md. The same for a ray that looks for emission alone, a sample of the lamps, and a deposit.
+/// cores, see docs/PERFORMANCE.md. The same for a ray that looks for emission alone and a sample of the lamps.
 const SEGMENTS_PER_RAY_PATH: f64 = 12.0;
 const SEGMENTS_PER_EMISSION_RAY: f64 = 6.0;
 const SEGMENTS_PER_CONNECTION: f64 = 1.0;
-const SEGMENTS_PER_DEPOSIT: f64 = 1.0 / 3.0;
 /// What all samples may cost over what ray paths do. Pictures need some ray paths, whatever is noisy, and radii shrink from
 /// pass to pass.
 const RATIO: [f64; 2] = [0.5, 4.0];
 /// Photons per pixel that a pilot takes, and bounds of what it may lead to.
 const PILOT: f64 = 0.5;
+/// Where photons are dearer than usual, pilots have the fewer of them, but at least so many.
+const FEWEST_OF_PILOT: u64 = 1 << 8;
 const PHOTONS_PER_PIXEL: [f64; 2] = [0.125, 32.0];
 const FEWEST_PHOTONS: u64 = 1 << 12;
 /// Bounds of the samples of lamps for each receiver, and how many a trial takes.
@@ -27,9 +29,16 @@ const EMISSION_RAYS: [f64; 2] = [0.5, 4.0];
 /// Photons blur what lamps light, connections do not: these give way where that saves more than so much.
 const WORTH_BLUR: f64 = 2.0;
 
-/// Photons of a pilot pass, which is thrown away.
+/// Photons of a pilot pass, which is thrown away, if they cost no more than usual.
 pub fn pilot(pixels: u64) -> u64 {
     ((PILOT * pixels as f64) as u64).max(FEWEST_PHOTONS)
+}
+
+/// So many photons, or those of them that cost what usual ones would. Before passes begin nobody is to wait longer where
+/// photons are dear: as beams, where thousands overlap each receiver.
+pub fn affordable(photons: u64, probe: &Counters) -> u64 {
+    let dearness = (probe.cost_of_walk() / SEGMENTS_PER_USUAL_WALK).max(1.0);
+    ((photons as f64 / dearness) as u64).max(FEWEST_OF_PILOT.min(photons))
 }
 
 /// A kind of sample: the variance that one of them for each pixel leaves, relative to brightness, and its cost in segments.
@@ -57,9 +66,7 @@ impl Kind {
 
     /// A photon, which costs what those of a pilot did.
     pub fn photon(variance: f64, pilot: &Counters) -> Self {
-        let deposits = (pilot.surface_deposits + pilot.medium_deposits) as f64;
-        let spent = pilot.segments as f64 + SEGMENTS_PER_DEPOSIT * deposits;
-        Kind { variance, cost: (spent / pilot.walks.max(1) as f64).max(1.0) }
+        Kind { variance, cost: pilot.cost_of_walk() }
     }
 
     fn and(self, other: Kind) -> Self {

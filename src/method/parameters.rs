@@ -227,6 +227,13 @@ impl Parameters {
         })
     }
 
+    /// Whether photons leave the lamps as is learnt before the first pass: those of methods that shoot them uniformly and keep
+    /// none.
+    pub fn guides_emission(&self) -> bool {
+        let streams = matches!(self.method, Method::Ppt | Method::Ppbt);
+        self.guided_emission && streams && self.shooting() == Shooting::Uniform
+    }
+
     /// What is simulated of a scene.
     pub fn plan(&self, scene: &SceneDescription) -> Plan {
         let steering = match self.shooting() {

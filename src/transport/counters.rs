@@ -1,6 +1,11 @@
 use super::photon::{Family, PerFamily};
 use serde::{Deserialize, Serialize};
 
+/// What a deposit costs, in segments of walks; measured on two cores, see docs/PERFORMANCE.md.
+const SEGMENTS_PER_DEPOSIT: f64 = 1.0 / 3.0;
+/// What a walk costs where photons are not dear, deposits included: so much of it is planned with before anything is known.
+pub const SEGMENTS_PER_USUAL_WALK: f64 = 8.0;
+
 /// What was done, counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
@@ -81,6 +86,17 @@ impl Counters {
     /// deposits.
     pub fn effort(&self) -> u64 {
         self.walks + self.segments + (self.surface_deposits + self.medium_deposits) / 8
+    }
+
+    /// What walks with their deposits cost, in segments.
+    pub fn cost(&self) -> f64 {
+        let deposits = (self.surface_deposits + self.medium_deposits) as f64;
+        self.segments as f64 + SEGMENTS_PER_DEPOSIT * deposits
+    }
+
+    /// What one of the walks did; at least a segment.
+    pub fn cost_of_walk(&self) -> f64 {
+        (self.cost() / self.walks.max(1) as f64).max(1.0)
     }
 
     pub fn add_visible(&mut self, walks: PerFamily<u64>) {

@@ -1,6 +1,7 @@
 //! How a render learns where its photons had better leave the lamps: a few rounds of walks, each under the guide of those
 //! before it. [Guided emission]
 
+use super::counters::{Counters, SEGMENTS_PER_USUAL_WALK};
 use super::deposits::{Deposit, Sink};
 use super::gather::Target;
 use super::guided::Guided;
@@ -16,6 +17,8 @@ const FEWEST_ROUNDS: usize = 3;
 const ENOUGH_LESSONS: f64 = 20_000.0;
 /// The first round's share of all walks. Every later one has as many walks as all before it: the better the guide, the more.
 const FIRST_SHARE: f64 = 1.0 / 16.0;
+/// The last round may have less left of what all may cost, but not less than such a share of what those before it took.
+const LEAST_SHARE: f64 = 0.25;
 /// Walks in all at most; bounds memory.
 const MOST_WALKS: u64 = 1 << 21;
 
@@ -25,7 +28,7 @@ pub struct Course<'a> {
     pub seed: u64,
     /// Number of the first round among all that learn by this seed.
     pub first_round: u64,
-    /// In all, at most.
+    /// In all, at most; and not more than cost what so many usual ones would.
     pub walks: u64,
     /// What is known already.
     pub guide: Option<&'a EmissionGuide>,
@@ -36,9 +39,11 @@ pub struct Course<'a> {
 pub fn learn_guide(target: &Target, course: Course) -> SceneResult<(Option<EmissionGuide>, u64)> {
     let Course { seed, first_round, walks, guide } = course;
     let all = walks.min(MOST_WALKS);
+    let budget = all as f64 * SEGMENTS_PER_USUAL_WALK;
     let pixels = target.receivers.paths.film.len();
     let mut teacher = Teacher {
         target,
+        counters: Counters::default(),
         walks: 0,
         radiance: vec![0.0; pixels],
         seen: Vec::new(),
@@ -48,7 +53,11 @@ pub fn learn_guide(target: &Target, course: Course) -> SceneResult<(Option<Emiss
     };
     while teacher.walks < all {
         let done = teacher.rounds;
-        let of_round = walks_of_round(teacher.walks, all);
+        let of_round =
+            match affordable(walks_of_round(teacher.walks, all), &teacher.counters, budget) {
+                Some(walks) => walks,
+                None => break,
+            };
         // Half of them look where the guide would not send them: what it does not know of it would hardly ever learn.
         let even = if teacher.guide.is_some() { of_round / 2 } else { of_round };
         for (half, (walks, is_guided)) in
@@ -86,9 +95,20 @@ fn walks_of_round(done: u64, all: u64) -> u64 {
     }
 }
 
+/// So many walks, or as many as what is left of the budget pays for, if that is worth a round.
+fn affordable(walks: u64, before: &Counters, budget: f64) -> Option<u64> {
+    if before.walks == 0 {
+        return Some(walks);
+    }
+    let left = (budget - before.cost()) / before.cost_of_walk();
+    let is_worth = left >= LEAST_SHARE * before.walks as f64;
+    (left >= walks as f64).then_some(walks).or(is_worth.then_some(left as u64))
+}
+
 /// What all rounds so far have seen.
 struct Teacher<'a> {
     target: &'a Target<'a>,
+    counters: Counters,
     walks: u64,
     /// Sum over all walks, by pixel.
     radiance: Vec<f64>,
@@ -117,6 +137,7 @@ impl Teacher<'_> {
         }
         let scales = self.scales();
         for batch in batches {
+            self.counters.add(&batch.counters);
             let mut squares = vec![0.0; batch.numbers.len()];
             for &(walk, place, radiance) in &batch.deposits.0 {
                 let unweighted = f64::from(radiance / batch.weights[walk as usize]);
@@ -168,7 +189,7 @@ impl Round<'_> {
         let mut tables = stream(Purpose::LessonTables);
         let mut remembered = Remembered { numbers, emitted: Vec::new(), weights: Vec::new() };
         let wanted = self.target.wanted();
-        let (deposits, _) = self.target.shoot(
+        let (deposits, counters) = self.target.shoot(
             batch.lanes,
             &mut remembered,
             &mut tables,
@@ -176,7 +197,7 @@ impl Round<'_> {
             Deposited::default,
         )?;
         let Remembered { emitted: numbers, weights, .. } = remembered;
-        Ok(Emitted { numbers, weights, deposits })
+        Ok(Emitted { numbers, weights, deposits, counters })
     }
 }
 
@@ -185,6 +206,7 @@ struct Emitted {
     numbers: Vec<guide::Numbers>,
     weights: Vec<f32>,
     deposits: Deposited,
+    counters: Counters,
 }
 
 /// Walk, pixel, and mean of the radiance's channels.
@@ -248,5 +270,16 @@ mod tests {
             let last = rounds[rounds.len() - 1];
             assert!(3 * last >= all && rounds.len() <= 6, "{rounds:?} of {all}");
         }
+    }
+
+    /// Dear walks are fewer, and a round of next to none is left out; cheap ones are not more.
+    #[test]
+    fn rounds_stay_within_their_budget() {
+        let before = |segments| Counters { walks: 100, segments, ..Counters::default() };
+        assert_eq!(affordable(100, &Counters::default(), 1.0), Some(100));
+        assert_eq!(affordable(100, &before(400), 1600.0), Some(100));
+        assert_eq!(affordable(100, &before(400), 600.0), Some(50));
+        assert_eq!(affordable(100, &before(400), 480.0), None);
+        assert_eq!(affordable(100, &before(4000), 1600.0), None);
     }
 }

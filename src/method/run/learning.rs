@@ -6,17 +6,26 @@ use crate::method::emission::DirectEmission;
 use crate::method::pass::{Pass, PILOT_PASSES};
 use crate::method::trial::{Pilots, Trial};
 use crate::method::{Counters, Parameters, RenderError};
-use crate::plan::Connections;
+use crate::plan::{Connections, Plan};
 use crate::transport::deposits::PixelSums;
 use crate::transport::memory::HoldsReceivers;
 use std::time::Instant;
 
+/// Part of a pilot's walks that tells what they cost.
+const PROBE: u64 = 8;
 /// Walks to learn from for the trial, in those of a pilot.
 const PILOTS_OF_LESSONS: u64 = 8;
 /// And for the passes to come, in theirs, or so many if that is more, but not more than in so many passes.
 const PASSES_OF_LESSONS: u64 = 2;
 const LESSONS: u64 = 1 << 18;
 const MOST_PASSES_OF_LESSONS: u64 = 4;
+
+/// Walks of a pilot pass, and those that the method may learn from before it, at most.
+#[derive(Clone, Copy)]
+struct Effort {
+    walks: u64,
+    lessons: u64,
+}
 
 impl<R: HoldsReceivers> Run<'_, R> {
     /// Learns before the first pass what all passes go by. Every render of these parameters does so from the same ray paths and
@@ -34,7 +43,9 @@ impl<R: HoldsReceivers> Run<'_, R> {
         } else {
             self.teach(self.plan.connections, self.parameters.photons, body)?;
             if self.emission.is_some() {
-                let pilots = self.pilots(self.plan.connections, 0, body)?;
+                let connections = self.plan.connections;
+                let walks = self.affordable_pilot(connections, body)?;
+                let pilots = self.pilots(connections, Effort { walks, lessons: 0 }, body)?;
                 if let Some(emission) = &mut self.emission {
                     emission.learn_level(self.receivers.as_ref(), &pilots.sums[0]);
                 }
@@ -47,39 +58,50 @@ impl<R: HoldsReceivers> Run<'_, R> {
         Ok(())
     }
 
-    /// Walks of a pilot pass: not more than of those to come.
-    fn pilot_walks(&self) -> u64 {
+    /// Walks of a pilot pass: not more than of those to come, and the fewer the dearer.
+    fn affordable_pilot(
+        &self,
+        connections: Connections,
+        body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<u64, RenderError> {
         let pilot = balance::pilot(self.sums.len() as u64);
-        match self.parameters.photons {
+        let walks = match self.parameters.photons {
             0 => pilot,
             given => pilot.min(given),
-        }
+        };
+        let probe = Effort { walks: walks.div_ceil(PROBE), lessons: 0 };
+        let plan = self.plan.connecting(connections);
+        let (_, counters) = self.pilot(&plan, PILOT_PASSES[0], probe, body)?;
+        Ok(balance::affordable(walks, &counters))
     }
 
-    /// Runs two pilots, whose pictures and counts are thrown away, the method taught by so many walks at most.
+    /// Runs two pilots, whose pictures and counts are thrown away.
     fn pilots(
         &self,
         connections: Connections,
-        lessons: u64,
+        effort: Effort,
         body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<Pilots, RenderError> {
         let plan = self.plan.connecting(connections);
-        let mut counters = Counters::default();
-        let mut run = |number| -> Result<PixelSums, RenderError> {
-            let mut thrown_away = self.receivers.as_ref().new_sums();
-            let pass = Pass {
-                plan: &plan,
-                radii: self.initial_radii,
-                walks: self.pilot_walks(),
-                lessons,
-                ..self.next_pass(number, false)
-            };
-            counters.add(&body(&pass, &mut thrown_away)?);
-            Ok(thrown_away)
-        };
         let [first, second] = PILOT_PASSES;
-        let sums = [run(first)?, run(second)?];
-        Ok(Pilots { sums, counters })
+        let (first, mut counters) = self.pilot(&plan, first, effort, body)?;
+        let (second, further) = self.pilot(&plan, second, effort, body)?;
+        counters.add(&further);
+        Ok(Pilots { sums: [first, second], counters })
+    }
+
+    fn pilot(
+        &self,
+        plan: &Plan,
+        number: u64,
+        Effort { walks, lessons }: Effort,
+        body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
+    ) -> Result<(PixelSums, Counters), RenderError> {
+        let mut sums = self.receivers.as_ref().new_sums();
+        let next = self.next_pass(number, false);
+        let pass = Pass { plan, radii: self.initial_radii, walks, lessons, ..next };
+        let counters = body(&pass, &mut sums)?;
+        Ok((sums, counters))
     }
 
     /// Chooses, by a trial and by pilots, what nobody gave: who looks for lamps and how often, photons, rays for emission.
@@ -92,12 +114,14 @@ impl<R: HoldsReceivers> Run<'_, R> {
         let (candidates, pixels) = (trial.candidates, self.sums.len() as u64);
         let Parameters { seed, photons, connections, connection_samples, .. } = self.parameters;
         let is_free = connections.is_none() || !candidates.any();
-        let lessons = PILOTS_OF_LESSONS * self.pilot_walks();
-        let alone = is_free.then(|| self.pilots(Connections::NONE, lessons, body)).transpose()?;
+        let of_all = if is_free { Connections::NONE } else { candidates };
+        let walks = self.affordable_pilot(of_all, body)?;
+        let pilot = Effort { walks, lessons: 0 };
+        let school = Effort { walks, lessons: PILOTS_OF_LESSONS * walks };
+        let alone = is_free.then(|| self.pilots(of_all, school, body)).transpose()?;
         // By the guide of the first pilots: to learn another one is dear, and these photons are among those.
-        let further = if is_free { 0 } else { lessons };
-        let beside =
-            candidates.any().then(|| self.pilots(candidates, further, body)).transpose()?;
+        let effort = if is_free { pilot } else { school };
+        let beside = candidates.any().then(|| self.pilots(candidates, effort, body)).transpose()?;
         let (alone, beside) = (alone.as_ref(), beside.as_ref());
         if let Some(emission) = &mut self.emission {
             emission.level = trial.level(alone, beside);
@@ -114,9 +138,13 @@ impl<R: HoldsReceivers> Run<'_, R> {
         };
         let first = judge(alone, beside, candidates);
         let connections = first.connections;
+        if !self.parameters.guides_emission() {
+            self.take(first);
+            return Ok(());
+        }
         self.teach(connections, first.photons(pixels), body)?;
         // How noisy photons are with all that is known by now.
-        let taught = self.pilots(connections, 0, body)?;
+        let taught = self.pilots(connections, pilot, body)?;
         let (alone, beside) =
             if connections.any() { (None, Some(&taught)) } else { (Some(&taught), None) };
         self.take(judge(alone, beside, connections));
@@ -131,7 +159,7 @@ impl<R: HoldsReceivers> Run<'_, R> {
         photons: u64,
         body: &mut impl FnMut(&Pass<R>, &mut PixelSums) -> Result<Counters, RenderError>,
     ) -> Result<(), RenderError> {
-        if !self.parameters.guided_emission {
+        if !self.parameters.guides_emission() {
             return Ok(());
         }
         let plan = self.plan.connecting(connections);

@@ -325,6 +325,23 @@ mod tests {
         assert_eq!((choice.connections.samples, choice.photons_per_pixel), (3, 7.0));
     }
 
+    /// A pilot costs what usual walks do, cheap photons are not more, and some are left however dear they are.
+    #[test]
+    fn pilots_cost_no_more_than_usual() {
+        let probe = |segments, medium_deposits| Counters {
+            walks: 100,
+            segments,
+            medium_deposits,
+            ..Counters::default()
+        };
+        assert_eq!(affordable(12_800, &probe(300, 0)), 12_800);
+        assert_eq!(affordable(12_800, &probe(800, 0)), 12_800);
+        // 6 segments and 78 deposits, three of which cost a segment: 32 segments instead of 8.
+        assert_eq!(affordable(12_800, &probe(600, 7_800)), 3_200);
+        assert_eq!(affordable(12_800, &probe(600, 30_000_000)), FEWEST_OF_PILOT);
+        assert_eq!(affordable(40, &probe(600, 30_000_000)), 40);
+    }
+
     #[test]
     fn dear_photons_are_fewer() {
         let pilot = |segments, medium_deposits| Counters {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
+#include <nanothread/nanothread.h>
 
 namespace vpt {
 
@@ -34,11 +35,13 @@ public:
           m_tables(*m_shared_tables), m_band(m_sensor, number), m_media(m_tables.media(m_band.wavelengths(1))),
           m_warnings(other.m_warnings) {}
 
+    // Where Dr.Jit has the scene to itself its threads are lent. Those of the engine would compete with them: they wait busily.
     VptHost table() {
         return { VPT_ABI_VERSION, this,           &c_describe,    &c_tune,        &c_tuned_free, &c_view_rays,  &c_view_step,
                  &c_view_free,    &c_emit,        &c_photon_alive, &c_photon_step, &c_photon_free,
                  &c_extinction,   &c_scattering,  &c_eval_phase,  &c_store_points, &c_eval_bsdf,
-                 &c_lamp_light,   &c_splat,        &c_last_error };
+                 &c_lamp_light,   &c_splat,       Jit ? &c_spawn : nullptr, Jit ? &c_work_until : nullptr,
+                 &c_last_error };
     }
 
     VptDescription describe() const {
@@ -361,6 +364,34 @@ private:
     static int32_t c_splat(void *c, uint32_t n, const float *position, const float *radiance, const float *alpha,
                            const float *weight, double *storage) {
         return guarded([&] { self(c)->splat(n, position, radiance, alpha, weight, storage); });
+    }
+    // Dr.Jit's threads hold denormals to be zero; the engine's tasks reckon with them, whichever thread does them.
+    static int32_t c_spawn(void *, void (*task)(void *), void *payload) {
+        struct Errand {
+            void (*task)(void *);
+            void *payload;
+        } errand{ task, payload };
+        return guarded([&] {
+            auto run = [](uint32_t, void *errand) {
+                dr::scoped_flush_denormals keeps(false);
+                auto [task, payload] = *static_cast<Errand *>(errand);
+                task(payload);
+            };
+            task_release(task_submit(nullptr, 1, run, &errand, sizeof(errand), nullptr, 1));
+        });
+    }
+    static int32_t c_work_until(void *, uint32_t (*is_done)(void *), void *payload) {
+        struct Criterion {
+            uint32_t (*is_done)(void *);
+            void *payload;
+        } criterion{ is_done, payload };
+        return guarded([&] {
+            auto stops = [](void *criterion) {
+                auto [is_done, payload] = *static_cast<Criterion *>(criterion);
+                return is_done(payload) != 0;
+            };
+            pool_work_until(nullptr, stops, &criterion);
+        });
     }
     static const char *c_last_error(void *) { return last_error().c_str(); }
 

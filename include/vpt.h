@@ -12,7 +12,7 @@ typedef struct VptStats VptStats;
 typedef struct VptFilm VptFilm;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 8
+#define VPT_ABI_VERSION 9
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -371,6 +371,11 @@ typedef struct VptHost {
                    const float *alpha,
                    const float *weight,
                    double *storage);
+  // Has one of the renderer's threads call `task(payload)`, once, even while another callback is under way; after a failure
+  // it is not called. Like `work_until` null where the renderer lends no threads.
+  int32_t (*spawn)(void *context, void (*task)(void *payload), void *payload);
+  // Has the calling thread do tasks until `is_done(payload)` is nonzero.
+  int32_t (*work_until)(void *context, uint32_t (*is_done)(void *payload), void *payload);
   // The sentence that belongs to the calling thread's last failed call.
   const char *(*last_error)(void *context);
 } VptHost;

@@ -16,6 +16,7 @@
 //! transport ← film ← method ← host ← selftest`. Symbols and equations: `docs/EQUATIONS.md`.
 
 pub mod analytic;
+pub mod crew;
 pub mod density;
 pub mod effect;
 pub mod film;

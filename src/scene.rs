@@ -19,6 +19,7 @@
 //! - Depth counts scattering events other than null (index-matched) crossings, as Mitsuba's
 //!   `volpath` does: a path with `k` of them is kept while `k < max_depth`.
 
+use crate::crew::{self, Crew};
 use crate::effect::{Effect, Effects};
 use crate::math::{Aabb, Rgb};
 use rayon::prelude::*;
@@ -725,6 +726,11 @@ pub trait Scene: Sync {
     fn description(&self) -> &SceneDescription;
 
     fn batching(&self) -> Batching;
+
+    /// Lends threads that do the engine's tasks while the caller goes on driving the scene, and returns when all are done.
+    fn with_crew<'scope>(&self, body: &mut dyn FnMut(&dyn Crew<'scope>)) {
+        crew::of_rayon(body);
+    }
 
     /// The same scene at the three wavelengths that a number in [0,1) chooses, which all that meets must share; None where
     /// the channels are colours. [Shared wavelengths]

@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 8;
+pub const VPT_ABI_VERSION: u32 = 9;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -333,6 +333,23 @@ pub struct VptHost {
         weight: *const f32,
         storage: *mut f64,
     ) -> i32,
+    /// Has one of the renderer's threads call `task(payload)`, once, even while another callback is under way; after a failure
+    /// it is not called. Like `work_until` null where the renderer lends no threads.
+    pub spawn: Option<
+        unsafe extern "C" fn(
+            context: *mut c_void,
+            task: unsafe extern "C" fn(payload: *mut c_void),
+            payload: *mut c_void,
+        ) -> i32,
+    >,
+    /// Has the calling thread do tasks until `is_done(payload)` is nonzero.
+    pub work_until: Option<
+        unsafe extern "C" fn(
+            context: *mut c_void,
+            is_done: unsafe extern "C" fn(payload: *mut c_void) -> u32,
+            payload: *mut c_void,
+        ) -> i32,
+    >,
     /// The sentence that belongs to the calling thread's last failed call.
     pub last_error: unsafe extern "C" fn(context: *mut c_void) -> *const c_char,
 }

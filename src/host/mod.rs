@@ -6,6 +6,7 @@
 #![allow(unsafe_code)]
 
 pub mod abi;
+mod crew;
 mod exports;
 pub mod loopback;
 mod scene;

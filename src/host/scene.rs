@@ -1,4 +1,6 @@
 use super::abi::*;
+use super::crew::Lender;
+use crate::crew::{self, Crew};
 use crate::math::{Aabb, Rgb};
 use crate::scene::*;
 use glam::Vec3;
@@ -342,6 +344,17 @@ impl Scene for HostScene {
 
     fn batching(&self) -> Batching {
         self.batching
+    }
+
+    fn with_crew<'scope>(&self, body: &mut dyn FnMut(&dyn Crew<'scope>)) {
+        match (self.host.spawn, self.host.work_until) {
+            (Some(spawn), Some(work_until)) => {
+                let lender = Lender { context: self.host.context, spawn, work_until };
+                // SAFETY: `HostScene::new` was promised callbacks that do what the ABI says.
+                unsafe { lender.lend(body) }
+            }
+            _ => crew::of_rayon(body),
+        }
     }
 
     fn tuned(&self, number: f32) -> SceneResult<Option<Box<dyn Scene + '_>>> {

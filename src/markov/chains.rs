@@ -4,8 +4,9 @@ use super::batches::batching;
 use super::mutation::MutationSize;
 use super::recorded::{Mutated, PrimarySample, Recorded, Replayed};
 use super::trails::Trails;
+use crate::crew;
 use crate::math::uniform::{self, Purpose};
-use crate::scene::{Batching, SceneResult};
+use crate::scene::{Batching, Scene, SceneResult};
 use crate::transport::counters::Counters;
 use crate::transport::deposits::{Deposit, Deposits, PixelSums};
 use crate::transport::gather::Target;
@@ -19,6 +20,8 @@ use std::sync::Arc;
 const LOST_SHARE: f64 = 0.05;
 /// Deposits that the states of one family may hold: 256 MiB.
 const STORED_DEPOSITS: usize = 1 << 24;
+/// Chains that one task gives new states.
+const CHAINS_PER_TASK: usize = 2048;
 
 /// A visible walk and what it adds to the picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -313,25 +316,21 @@ fn only(family: Family) -> PerFamily<bool> {
     PerFamily::from_fn(|other| other == family)
 }
 
-/// Walks a batch and returns the visible walks with their states.
-fn trace<N: Numbers>(
+/// Walks a batch and returns, by walk, the states of those that are visible.
+fn trace<N: Numbers + Sync>(
     family: Family,
     walks: usize,
     numbers: N,
     target: &Target,
     clock: Clock,
-) -> SceneResult<(Vec<(u32, State)>, Counters)> {
+) -> SceneResult<(Vec<Option<State>>, Counters)> {
     let mut numbers = Recorded::new(numbers);
     let mut tables = uniform::stream(clock.seed, Purpose::PhotonTables, clock.pass, clock.batch);
     let places = target.receivers.paths.places();
     let sink = || Trails::new(only(family), places);
     let (mut trails, counters) =
         target.shoot(walks, &mut numbers, &mut tables, only(family), sink)?;
-    let states = trails
-        .take(family)
-        .into_iter()
-        .map(|(walk, deposits)| (walk, State { sample: numbers.of_walk(walk), deposits }))
-        .collect();
+    let states = trails.take(family, walks).states(&numbers, target.scene);
     Ok((states, counters))
 }
 
@@ -353,10 +352,9 @@ fn renew_group(
     let (seen, counters) = trace(family, old.len(), Replayed { samples }, target, clock)?;
     result.counters.add(&counters);
     result.counts.renewed_walks += old.len() as u64;
-    result.counts.lost_states += (old.len() - seen.len()) as u64;
-    let mut chains: Vec<_> = old.into_iter().map(|(chain, _)| chain).collect();
-    for (walk, state) in seen {
-        chains[walk as usize].state = Some(Arc::new(state));
+    for ((chain, _), state) in old.into_iter().zip(seen) {
+        result.counts.lost_states += u64::from(state.is_none());
+        chain.state = state.map(Arc::new);
     }
     Ok(())
 }
@@ -398,18 +396,57 @@ fn mutate_group(
         samples: known.iter().map(|state| state.sample.as_slice()).collect(),
         size,
         rng: uniform::stream(clock.seed, purpose, clock.pass, clock.batch),
+        scene: target.scene,
     };
     let (seen, counters) = trace(family, mutants.len(), numbers, target, clock)?;
     result.counters.add(&counters);
     result.counts.mutated_walks += mutants.len() as u64;
-    result.counts.accepted_walks += seen.len() as u64;
-    for (walk, state) in seen {
-        let chain = &mut *mutants[walk as usize];
-        // This iteration is a sample of the new state.
-        chain.repetitions -= 1;
-        chain.leave(&mut result.deposits);
-        chain.state = Some(Arc::new(state));
-        chain.repetitions = 1;
-    }
+    accept(mutants, seen, target.scene, result);
     Ok(())
+}
+
+/// Chains, what became of their mutations, and room for what that leaves behind.
+struct Acceptance<'a, 'b> {
+    chains: &'a mut [&'b mut Chain],
+    mutations: &'a mut [Option<State>],
+    accepted: u64,
+    deposits: Deposits,
+}
+
+/// Gives chains the states of those of their mutations that were visible. The scene lends the threads that do it.
+fn accept(
+    mut chains: Vec<&mut Chain>,
+    mut mutations: Vec<Option<State>>,
+    scene: &dyn Scene,
+    result: &mut GroupResult,
+) {
+    let places = result.deposits.places();
+    let pairs = chains.chunks_mut(CHAINS_PER_TASK).zip(mutations.chunks_mut(CHAINS_PER_TASK));
+    let mut tasks: Vec<Acceptance> = pairs
+        .map(|(chains, mutations)| Acceptance {
+            chains,
+            mutations,
+            accepted: 0,
+            deposits: Deposits::new(places),
+        })
+        .collect();
+    crew::for_each(scene, tasks.iter_mut().collect(), Acceptance::run);
+    for task in tasks {
+        result.counts.accepted_walks += task.accepted;
+        result.deposits.append(task.deposits);
+    }
+}
+
+impl Acceptance<'_, '_> {
+    fn run(&mut self) {
+        for (chain, mutation) in self.chains.iter_mut().zip(&mut *self.mutations) {
+            let Some(state) = mutation.take() else { continue };
+            // This iteration is a sample of the new state.
+            chain.repetitions -= 1;
+            chain.leave(&mut self.deposits);
+            chain.state = Some(Arc::new(state));
+            chain.repetitions = 1;
+            self.accepted += 1;
+        }
+    }
 }

@@ -15,12 +15,13 @@ pub fn mutate(u: f32, size: f32, rng: &mut impl Rng) -> f32 {
     let both: f32 = 2.0 * rng.random::<f32>();
     let (sign, xi) = if both < 1.0 { (1.0, both) } else { (-1.0, both - 1.0) };
     let moved = u + sign * xi.powf(1.0 / size + 1.0);
-    let wrapped = moved - moved.floor();
-    // A tiny negative number wraps to 1 in single precision.
+    // Between -1 and 2.
+    let wrapped = if moved < 0.0 { moved + 1.0 } else { moved };
+    // A tiny negative number has come to 1 in single precision.
     if wrapped < 1.0 {
         wrapped
     } else {
-        0.0
+        wrapped - 1.0
     }
 }
 

@@ -1,11 +1,16 @@
 //! Numbers that are kept, replayed or mutated.
 
 use super::mutation::mutate;
+use crate::crew;
 use crate::math::uniform;
-use crate::scene::{EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
+use crate::scene::{Scene, EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
 use crate::transport::numbers::Numbers;
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
+
+/// Lanes whose numbers one task draws.
+const LANES_PER_TASK: usize = 2048;
 
 /// The numbers that a walk has used: [`EMIT_DIMENSIONS`], then [`PHOTON_STEP_DIMENSIONS`] per step.
 pub type PrimarySample = Vec<f32>;
@@ -13,7 +18,6 @@ pub type PrimarySample = Vec<f32>;
 /// Keeps what another source gives.
 pub struct Recorded<N> {
     source: N,
-    walks: usize,
     emission: Vec<f32>,
     steps: Vec<Step>,
 }
@@ -25,29 +29,30 @@ struct Step {
 
 impl<N: Numbers> Recorded<N> {
     pub fn new(source: N) -> Self {
-        Recorded { source, walks: 0, emission: Vec::new(), steps: Vec::new() }
+        Recorded { source, emission: Vec::new(), steps: Vec::new() }
     }
 
     /// All numbers that a walk has used.
     pub fn of_walk(&self, walk: u32) -> PrimarySample {
         let mut sample = Vec::with_capacity(EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * 8);
-        sample.extend(lane_of(&self.emission, self.walks, walk as usize));
+        sample.extend(lane_of::<EMIT_DIMENSIONS>(&self.emission, walk as usize));
         for step in &self.steps {
             let Ok(lane) = step.walks.binary_search(&walk) else { break };
-            sample.extend(lane_of(&step.planes, step.walks.len(), lane));
+            sample.extend(lane_of::<PHOTON_STEP_DIMENSIONS>(&step.planes, lane));
         }
         sample
     }
 }
 
-fn lane_of(planes: &[f32], lanes: usize, lane: usize) -> impl Iterator<Item = f32> + '_ {
-    planes.iter().skip(lane).step_by(lanes.max(1)).copied()
+/// The numbers of one lane: as many as there are planes.
+fn lane_of<const PLANES: usize>(planes: &[f32], lane: usize) -> [f32; PLANES] {
+    let lanes = planes.len() / PLANES;
+    std::array::from_fn(|plane| planes[plane * lanes + lane])
 }
 
 impl<N: Numbers> Numbers for Recorded<N> {
     fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
         self.source.emission(walks, out);
-        self.walks = walks;
         self.emission.clone_from(out);
     }
 
@@ -97,42 +102,65 @@ pub struct Mutated<'a> {
     pub samples: Vec<&'a [f32]>,
     pub size: f32,
     pub rng: Pcg64Mcg,
+    /// Lends the threads that draw.
+    pub scene: &'a dyn Scene,
 }
 
-impl Mutated<'_> {
-    fn number(&mut self, walk: usize, dimension: usize) -> f32 {
-        match self.samples[walk].get(dimension) {
-            Some(&u) => mutate(u, self.size, &mut self.rng),
-            None => uniform::next(&mut self.rng),
+/// The same lanes of several planes.
+struct Lanes<'a> {
+    first: usize,
+    planes: Vec<&'a mut [f32]>,
+    /// What their numbers are drawn from, whichever thread does it.
+    rng: Pcg64Mcg,
+}
+
+impl Lanes<'_> {
+    /// Writes the number that `draw` gives for each lane, by its index in all, and plane.
+    fn fill(mut self, draw: impl Fn(usize, usize, &mut Pcg64Mcg) -> f32) {
+        for lane in 0..self.planes.first().map_or(0, |plane| plane.len()) {
+            for (number, plane) in self.planes.iter_mut().enumerate() {
+                plane[lane] = draw(self.first + lane, number, &mut self.rng);
+            }
         }
     }
+}
+
+/// Cuts planes into the lanes of tasks.
+fn cut<'a>(planes: &'a mut [f32], lanes: usize, rng: &mut Pcg64Mcg) -> Vec<Lanes<'a>> {
+    let start = |first| Lanes { first, planes: Vec::new(), rng: Pcg64Mcg::from_rng(rng) };
+    let mut tasks: Vec<_> = (0..lanes).step_by(LANES_PER_TASK).map(start).collect();
+    for plane in planes.chunks_exact_mut(lanes.max(1)) {
+        for (task, part) in tasks.iter_mut().zip(plane.chunks_mut(LANES_PER_TASK)) {
+            task.planes.push(part);
+        }
+    }
+    tasks
 }
 
 impl Numbers for Mutated<'_> {
     fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
         assert_eq!(walks, self.samples.len());
         out.resize(EMIT_DIMENSIONS * walks, 0.0);
-        for walk in 0..walks {
-            for dimension in 0..EMIT_DIMENSIONS {
-                // The seed names a stream of hashes: a neighbour of it has nothing in common with it.
-                out[dimension * walks + walk] = match dimension {
-                    EMIT_SEED => self.samples[walk][EMIT_SEED],
-                    _ => self.number(walk, dimension),
-                };
-            }
-        }
+        let (samples, size) = (&self.samples, self.size);
+        let draw = |walk: usize, dimension: usize, rng: &mut Pcg64Mcg| match dimension {
+            // The seed names a stream of hashes: a neighbour of it has nothing in common with it.
+            EMIT_SEED => samples[walk][EMIT_SEED],
+            _ => mutate(samples[walk][dimension], size, rng),
+        };
+        crew::for_each(self.scene, cut(out, walks, &mut self.rng), |lanes| lanes.fill(draw));
     }
 
     fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
         out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
-        for (step, planes) in steps.zip(out.chunks_exact_mut(PHOTON_STEP_DIMENSIONS * lanes)) {
-            let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * step;
-            for (lane, &walk) in alive.iter().enumerate() {
-                for dimension in 0..PHOTON_STEP_DIMENSIONS {
-                    let number = self.number(walk as usize, first + dimension);
-                    planes[dimension * lanes + lane] = number;
-                }
-            }
-        }
+        let (samples, size) = (&self.samples, self.size);
+        let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * steps.start;
+        let draw = |lane: usize, number: usize, rng: &mut Pcg64Mcg| match samples
+            [alive[lane] as usize]
+            .get(first + number)
+        {
+            Some(&known) => mutate(known, size, rng),
+            None => uniform::next(rng),
+        };
+        crew::for_each(self.scene, cut(out, lanes, &mut self.rng), |lanes| lanes.fill(draw));
     }
 }

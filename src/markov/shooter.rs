@@ -364,11 +364,11 @@ impl ChainShooter {
         let (mut trails, mut counters) =
             target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, sink)?;
         let states = PerFamily::from_fn(|family| -> Vec<(u64, State)> {
-            let state = |(walk, deposits)| {
-                let sample = numbers.of_walk(walk);
-                (batch.first + u64::from(walk), State { sample, deposits })
-            };
-            trails.take(family).into_iter().map(state).collect()
+            if !has_chains[family] {
+                return Vec::new();
+            }
+            let states = trails.take(family, batch.lanes).states(&numbers, target.scene);
+            (batch.first..).zip(states).filter_map(|(walk, state)| Some((walk, state?))).collect()
         });
         let splat = trails.into_splat();
         counters.uniform_walks = counters.walks;

@@ -1,8 +1,17 @@
 //! Deposits kept by walk, for as long as a chain may have to repeat them.
 
+use super::chains::State;
+use super::recorded::Recorded;
+use crate::crew;
+use crate::math::Rgb;
+use crate::scene::Scene;
 use crate::transport::deposits::{Deposit, Sink};
+use crate::transport::numbers::Numbers;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::splat::Splat;
+
+/// States that one task makes.
+const STATES_PER_TASK: usize = 2048;
 
 /// Deposits of the families that have chains, by walk; those of the others are splatted.
 pub struct Trails {
@@ -16,20 +25,66 @@ impl Trails {
         Trails { has_chains, trails: PerFamily::default(), splat: Splat::new(places) }
     }
 
-    /// Takes out the walks that added something in a family with chains, ascending, each with its
-    /// deposits in their order.
-    pub fn take(&mut self, family: Family) -> Vec<(u32, Vec<Deposit>)> {
-        let mut trail = std::mem::take(&mut self.trails[family]);
-        trail.sort_by_key(|&(walk, _)| walk);
-        trail
-            .chunk_by(|a, b| a.0 == b.0)
-            .map(|own| (own[0].0, own.iter().map(|&(_, deposit)| deposit).collect()))
-            .collect()
+    /// Takes out what each of so many walks added in a family with chains.
+    pub fn take(&mut self, family: Family, walks: usize) -> Trail {
+        Trail::new(std::mem::take(&mut self.trails[family]), walks)
     }
 
     /// The deposits of families without chains.
     pub fn into_splat(self) -> Splat {
         self.splat
+    }
+}
+
+/// Deposits of one family by walk, those of each in their order.
+pub struct Trail {
+    /// Where those of each walk end, and those of the next begin.
+    ends: Vec<u32>,
+    deposits: Vec<Deposit>,
+}
+
+impl Trail {
+    fn new(found: Vec<(u32, Deposit)>, walks: usize) -> Self {
+        let mut ends = vec![0; walks];
+        found.iter().for_each(|&(walk, _)| ends[walk as usize] += 1);
+        let mut begin = 0;
+        for end in &mut ends {
+            begin += std::mem::replace(end, begin);
+        }
+        let nothing = Deposit { pixel: 0, radiance: Rgb::ZERO, bias: 0.0 };
+        let mut deposits = vec![nothing; found.len()];
+        for (walk, deposit) in found {
+            let next = &mut ends[walk as usize];
+            deposits[*next as usize] = deposit;
+            *next += 1;
+        }
+        Trail { ends, deposits }
+    }
+
+    /// What a walk added.
+    fn of(&self, walk: u32) -> &[Deposit] {
+        let begin = walk.checked_sub(1).map_or(0, |before| self.ends[before as usize]);
+        &self.deposits[begin as usize..self.ends[walk as usize] as usize]
+    }
+
+    /// By walk, the states of those that added something. The scene lends the threads that make them.
+    pub fn states(
+        &self,
+        numbers: &Recorded<impl Numbers + Sync>,
+        scene: &dyn Scene,
+    ) -> Vec<Option<State>> {
+        let mut states = vec![None; self.ends.len()];
+        let tasks = (0..).step_by(STATES_PER_TASK).zip(states.chunks_mut(STATES_PER_TASK));
+        crew::for_each(scene, tasks.collect(), |(first, states): (u32, &mut [Option<State>])| {
+            for (walk, state) in (first..).zip(states) {
+                let deposits = self.of(walk);
+                if !deposits.is_empty() {
+                    let sample = numbers.of_walk(walk);
+                    *state = Some(State { sample, deposits: deposits.to_vec() });
+                }
+            }
+        });
+        states
     }
 }
 

@@ -51,6 +51,7 @@ pub struct Deposits {
     /// What was taken over from others, in its order, and the newest.
     taken: Vec<Shares>,
     newest: Shares,
+    places: usize,
     pixels_per_share: usize,
 }
 
@@ -66,8 +67,14 @@ impl Deposits {
         Deposits {
             taken: Vec::new(),
             newest: vec![Vec::new(); SHARES],
+            places,
             pixels_per_share: places.div_ceil(SHARES).max(1),
         }
+    }
+
+    /// Sums that deposits may name.
+    pub fn places(&self) -> usize {
+        self.places
     }
 
     pub fn push(&mut self, deposit: Deposit) {

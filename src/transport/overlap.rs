@@ -7,6 +7,7 @@ use super::numbers::Numbers;
 use super::pairs::Gathered;
 use super::photon_beam::PhotonBeams;
 use super::walks::Walks;
+use crate::crew::{self, Crew};
 use crate::scene::{PhotonVertices, SceneResult};
 use rand_pcg::Pcg64Mcg;
 use std::collections::VecDeque;
@@ -28,11 +29,19 @@ struct Step<S> {
     left: AtomicUsize,
 }
 
-/// A task: lanes or photon beams of a step.
-#[derive(Clone)]
-enum Task {
+/// What one task is for: lanes or photon beams of a step.
+enum Share {
     Lanes(Range<usize>),
     Beams(Range<usize>),
+}
+
+/// Counts a task as done when it ends, by a panic too: who waits must not wait for ever.
+struct Done<'a>(&'a AtomicUsize);
+
+impl Drop for Done<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Release);
+    }
 }
 
 /// Traces walks to their ends; what is gathered is in the order of the steps, whichever thread did it.
@@ -46,22 +55,22 @@ pub fn while_tracing<S: Sink>(
     let mut total = Gathered::new(sink());
     let mut in_flight = VecDeque::new();
     let mut used = Vec::new();
-    rayon::in_place_scope(|scope| {
+    crew::lent(gathering.target.scene, |crew| {
         let counters = walks.trace(numbers, |vertices, _| {
             let beams = gathering.photon_beams(vertices, tables)?;
             total.counters.photon_table_samples += beams.table_samples;
             let empty = used.pop().unwrap_or_else(|| vertices.like());
-            let step = start(gathering, scope, std::mem::replace(vertices, empty), beams, sink);
+            let step = start(gathering, crew, std::mem::replace(vertices, empty), beams, sink);
             in_flight.push_back(step);
             if in_flight.len() > STEPS_IN_FLIGHT {
                 let oldest = in_flight.pop_front().expect("some are in flight");
-                used.extend(finish(gathering, oldest, &mut total)?);
+                used.extend(finish(gathering, crew, oldest, &mut total)?);
             }
             Ok(())
         })?;
         total.counters.add(&counters);
         for step in in_flight.drain(..) {
-            finish(gathering, step, &mut total)?;
+            finish(gathering, crew, step, &mut total)?;
         }
         Ok(total)
     })
@@ -70,45 +79,42 @@ pub fn while_tracing<S: Sink>(
 /// Spawns the tasks of a step.
 fn start<'scope, S: Sink + 'scope>(
     gathering: &'scope Gathering,
-    scope: &rayon::Scope<'scope>,
+    crew: &dyn Crew<'scope>,
     vertices: PhotonVertices,
     beams: PhotonBeams,
     sink: &'scope (impl Fn() -> S + Sync),
 ) -> Arc<Step<S>> {
-    let lanes = tasks(vertices.event.len()).map(Task::Lanes);
-    let tasks: Vec<Task> = lanes.chain(tasks(beams.beams.len()).map(Task::Beams)).collect();
-    let found = tasks.iter().map(|_| Mutex::new(None)).collect();
-    let step = Arc::new(Step { vertices, beams, found, left: AtomicUsize::new(tasks.len()) });
-    for (number, task) in tasks.into_iter().enumerate() {
+    let lanes = shares(vertices.event.len()).map(Share::Lanes);
+    let shares: Vec<Share> = lanes.chain(shares(beams.beams.len()).map(Share::Beams)).collect();
+    let found = shares.iter().map(|_| Mutex::new(None)).collect();
+    let step = Arc::new(Step { vertices, beams, found, left: AtomicUsize::new(shares.len()) });
+    for (number, share) in shares.into_iter().enumerate() {
         let step = Arc::clone(&step);
-        scope.spawn(move |_| {
+        crew.spawn(Box::new(move || {
+            let _done = Done(&step.left);
             let mut out = Gathered::new(sink());
-            match task {
-                Task::Lanes(lanes) => gathering.lanes(&step.vertices, lanes, &mut out),
-                Task::Beams(range) => gathering.beams(&step.beams, range, &mut out),
+            match share {
+                Share::Lanes(lanes) => gathering.lanes(&step.vertices, lanes, &mut out),
+                Share::Beams(range) => gathering.beams(&step.beams, range, &mut out),
             }
             *step.found[number].lock().expect("no task panicked") = Some(out);
-            step.left.fetch_sub(1, Ordering::Release);
-        });
+        }));
     }
     step
 }
 
-fn tasks(count: usize) -> impl Iterator<Item = Range<usize>> {
+fn shares(count: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(PER_TASK).map(move |first| first..count.min(first + PER_TASK))
 }
 
 /// Waits for a step, doing tasks meanwhile, adds what it found, and gives its arrays back for another.
 fn finish<S: Sink>(
     gathering: &Gathering,
+    crew: &dyn Crew,
     step: Arc<Step<S>>,
     total: &mut Gathered<S>,
 ) -> SceneResult<Option<PhotonVertices>> {
-    while step.left.load(Ordering::Acquire) > 0 {
-        if rayon::yield_now() != Some(rayon::Yield::Executed) {
-            std::thread::yield_now();
-        }
-    }
+    crew.work_until_none(&step.left);
     for found in &step.found {
         let found = found.lock().expect("no task panicked").take();
         total.append(found.expect("every task is done"));

@@ -112,6 +112,8 @@ impl<'a> ServedScene<'a> {
             eval_bsdf,
             lamp_light,
             splat,
+            spawn: None,
+            work_until: None,
             last_error,
         }
     }

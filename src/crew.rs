@@ -1,0 +1,52 @@
+//! Threads that do the engine's tasks beside the one that drives a scene.
+
+use crate::scene::Scene;
+use rayon::Yield;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Something to be done once, on whichever thread.
+pub type Task<'scope> = Box<dyn FnOnce() + Send + 'scope>;
+
+/// Threads, for as long as [`crate::scene::Scene::with_crew`] lends them; tasks may borrow what outlives that call.
+pub trait Crew<'scope> {
+    /// Has a task done, sooner or later, before the crew is given back.
+    fn spawn(&self, task: Task<'scope>);
+    /// Does tasks until `left`, which they count down, is 0.
+    fn work_until_none(&self, left: &AtomicUsize);
+}
+
+impl<'scope> Crew<'scope> for rayon::Scope<'scope> {
+    fn spawn(&self, task: Task<'scope>) {
+        rayon::Scope::spawn(self, move |_| task());
+    }
+
+    fn work_until_none(&self, left: &AtomicUsize) {
+        while left.load(Ordering::Acquire) > 0 {
+            if rayon::yield_now() != Some(Yield::Executed) {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+/// Runs `body` with the threads that a scene lends.
+pub fn lent<'scope, R>(scene: &dyn Scene, body: impl FnOnce(&dyn Crew<'scope>) -> R) -> R {
+    let (mut body, mut result) = (Some(body), None);
+    scene.with_crew(&mut |crew| result = body.take().map(|body| body(crew)));
+    result.expect("a scene runs the body once")
+}
+
+/// Runs `task` on each of the items, on the threads that a scene lends, and returns when all are done.
+pub fn for_each<T: Send>(scene: &dyn Scene, mut items: Vec<T>, task: impl Fn(T) + Sync) {
+    let task = &task;
+    // What is one task is sooner done than handed over.
+    if items.len() < 2 {
+        return items.drain(..).for_each(task);
+    }
+    lent(scene, |crew| items.drain(..).for_each(|item| crew.spawn(Box::new(move || task(item)))));
+}
+
+/// Lends the threads of rayon's pool.
+pub fn of_rayon<'scope>(body: &mut dyn FnMut(&dyn Crew<'scope>)) {
+    rayon::in_place_scope(|scope| body(scope));
+}

@@ -14,7 +14,7 @@ namespace vpt {
 
 template <typename Float, typename Spectrum> class Host {
 public:
-    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, MediumPtr, BSDF, BSDFPtr, PhaseFunctionContext,
+    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, MediumPtr, EmitterPtr, BSDF, BSDFPtr, PhaseFunctionContext,
                     ShapePtr)
     using View = ViewWalk<Float, Spectrum>;
     using Photons = PhotonWalk<Float, Spectrum>;
@@ -40,7 +40,7 @@ public:
         return { VPT_ABI_VERSION, this,           &c_describe,    &c_tune,        &c_tuned_free, &c_view_rays,  &c_view_step,
                  &c_view_free,    &c_emit,        &c_photon_alive, &c_photon_step, &c_photon_free,
                  &c_extinction,   &c_scattering,  &c_eval_phase,  &c_store_points, &c_eval_bsdf,
-                 &c_lamp_light,   &c_splat,       Jit ? &c_spawn : nullptr, Jit ? &c_work_until : nullptr,
+                 &c_lamp_light,   &c_aim,         &c_splat,       Jit ? &c_spawn : nullptr, Jit ? &c_work_until : nullptr,
                  &c_last_error };
     }
 
@@ -128,17 +128,18 @@ public:
         }
     }
 
-    void eval_bsdf(uint32_t n, const uint32_t *point, const float *photon_direction, float *out) {
+    void eval_bsdf(uint32_t n, const uint32_t *point, const float *photon_direction, const float *lamp_density, float *out) {
         Writer<Float> writer(n, { {}, {}, { out } });
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
             UInt32 number = read<UInt32>(point, n, e);
             Vector3f direction = read3<Vector3f>(photon_direction, n, e);
+            Float density = m_glossy_chains ? read<Float>(lamp_density, n, e) : 0.f;
             auto evaluate = [&](const SurfaceInteraction3f &si) {
-                writer.put3(out, e, Channels::channels(bsdf_over_cosine(si, -direction)));
+                writer.put3(out, e, Channels::channels(bsdf_over_cosine(si, -direction, density)));
             };
             if constexpr (Jit)
-                m_tables.run({ m_glossy_chains ? "BSDF but for sharp lobes" : "BSDF" }, dr::tie(m_points[0], number, direction),
-                             dr::tie(writer), [&] { evaluate(dr::gather<SurfaceInteraction3f>(m_points[0], number)); });
+                m_tables.run({ m_glossy_chains ? "BSDF but for sharp lobes" : "BSDF" },
+                             dr::tie(m_points[0], number, direction, density), dr::tie(writer), [&] { evaluate(dr::gather<SurfaceInteraction3f>(m_points[0], number)); });
             else
                 evaluate(m_points[number]);
         }
@@ -146,19 +147,41 @@ public:
     }
 
     void lamp_light(uint32_t n, const uint32_t *medium, const float *position, const float *normal, const float *numbers,
-                    float *direction, float *irradiance) {
-        Writer<Float> writer(n, { {}, {}, { direction, irradiance } });
+                    float *direction, float *irradiance, float *density) {
+        Planes asked{ {}, { density }, { direction, irradiance } };
+        Writer<Float> writer(n, asked);
         vpt::LampLight<Float, Spectrum> light(m_scene, m_sensor, m_tables, m_band);
         for (size_t e = 0; e < element_count<Float>(n); ++e) {
             Point3f p = read3<Point3f>(position, n, e);
             Normal3f normals = read3<Normal3f>(normal, n, e);
             UInt32 media = read<UInt32>(medium, n, e);
             Point3f u = read3<Point3f>(numbers, n, e);
-            m_tables.run({ "lamp light" }, dr::tie(p, normals, media, u, m_band), dr::tie(writer), [&] {
+            m_tables.run({ "lamp light", nullptr, &asked }, dr::tie(p, normals, media, u, m_band), dr::tie(writer), [&] {
                 auto sample = light.sample(p, normals, m_tables.medium(media, true), Point2f(u.x(), u.y()),
                                            UInt32(u.z() * 0x1p24f));
                 writer.put3(direction, e, sample.direction);
                 writer.put3(irradiance, e, Channels::channels(sample.irradiance));
+                if (density)
+                    writer.put(density, e, m_tables.lamp_density(sample.emitter, -sample.direction, sample.distance, sample.lit));
+            });
+        }
+        writer.flush();
+    }
+
+    // By places that lamps sample as seen from the sensor's middle.
+    void aim(uint32_t n, const float *numbers, float *film) {
+        if (!can_aim()) {
+            std::fill_n(film, 2 * n, dr::NaN<float>);
+            return;
+        }
+        Writer<Float> writer(n, { {}, { film, film + n }, {} });
+        for (size_t e = 0; e < element_count<Float>(n); ++e) {
+            Float lamp = read<Float>(numbers, n, e);
+            Point2f place(read<Float>(numbers + n, n, e), read<Float>(numbers + 2 * n, n, e));
+            m_tables.run({ "aim" }, dr::tie(lamp, place, m_band), dr::tie(writer), [&] {
+                Point2f seen = seen_at(place_on_lamp(lamp, place));
+                writer.put(film, e, seen.x());
+                writer.put(film + n, e, seen.y());
             });
         }
         writer.flush();
@@ -194,6 +217,47 @@ private:
         for (const auto &shape : m_scene->shapes())
             materials.insert(shape->bsdf());
         return (1u << 15) * std::clamp<uint32_t>((uint32_t) materials.size() / 8u, 1u, 8u);
+    }
+
+    // Whether the sensor tells where a place is seen.
+    bool can_aim() const {
+        Interaction3f somewhere = dr::zeros<Interaction3f>();
+        somewhere.wavelengths = m_band.wavelengths(1);
+        try {
+            m_sensor->sample_direction(somewhere, Point2f(.5f), true);
+            return true;
+        } catch (const std::exception &) { // Mitsuba has no other way to say that it is not implemented
+            return false;
+        }
+    }
+
+    // Between the planes that cut off what a camera sees.
+    float sky_distance() const {
+        auto *camera = dynamic_cast<const ProjectiveCamera<Float, Spectrum> *>(m_sensor);
+        return camera ? .5f * (camera->near_clip() + camera->far_clip()) : 1.f;
+    }
+
+    // Not a number where the lamp has no extent or shines elsewhere.
+    Interaction3f place_on_lamp(const Float &lamp, const Point2f &place) const {
+        Interaction3f eye = dr::zeros<Interaction3f>(dr::width(lamp));
+        eye.p = m_sensor->world_transform() * Point3f(0.f);
+        eye.time = m_sensor->shutter_open();
+        eye.wavelengths = m_band.wavelengths(dr::width(lamp));
+        auto [emitter, inverse_probability, again] = m_tables.lamps().choose(lamp, true);
+        UInt32 flags = emitter->flags(true);
+        Mask extends = !has_flag(flags, EmitterFlags::Delta), sky = has_flag(flags, EmitterFlags::Infinite);
+        auto [ds, value] = emitter->sample_direction(eye, place, extends);
+        extends &= ds.pdf > 0.f && dr::any(unpolarized_spectrum(value) != 0.f);
+        Interaction3f out = eye;
+        out.p = dr::select(extends, dr::select(sky, Point3f(eye.p + ds.d * sky_distance()), ds.p), Point3f(dr::NaN<Float>));
+        return out;
+    }
+
+    // Where on the film a place is seen. Not a number of what lies beside it.
+    Point2f seen_at(const Interaction3f &place) const {
+        auto [ds, importance] = m_sensor->sample_direction(place, Point2f(.5f), true);
+        Mask on_film = ds.pdf > 0.f && dr::all(dr::isfinite(ds.uv));
+        return dr::select(on_film, ds.uv + ScalarVector2f(m_sensor->film()->crop_offset()), Point2f(dr::NaN<Float>));
     }
 
     // One of sigma_s, sigma_n and sigma_t.
@@ -234,7 +298,8 @@ private:
         return mei;
     }
 
-    UnpolarizedSpectrum bsdf_over_cosine(const SurfaceInteraction3f &si, const Vector3f &direction) const {
+    UnpolarizedSpectrum bsdf_over_cosine(const SurfaceInteraction3f &si, const Vector3f &direction,
+                                         const Float &lamp_density) const {
         BSDFContext context(TransportMode::Radiance);
         Vector3f wo = si.to_local(direction);
         Float cosine = dr::abs(Frame3f::cos_theta(wo));
@@ -244,7 +309,7 @@ private:
         if (m_glossy_chains) {
             Float pdf;
             std::tie(spectrum, pdf) = bsdf->eval_pdf(context, si, wo, active);
-            active &= !is_sharp(bsdf->flags(active), pdf);
+            active &= !is_sharp(bsdf->flags(active), pdf, lamp_density);
         } else {
             spectrum = bsdf->eval(context, si, wo, active);
         }
@@ -354,12 +419,15 @@ private:
         return guarded([&] { self(c)->store_points(n, origin, direction, skips_emitters, glossy_chains != 0); });
     }
     static int32_t c_eval_bsdf(void *c, uint32_t n, const uint32_t *point, const float *photon_direction,
-                               float *out) {
-        return guarded([&] { self(c)->eval_bsdf(n, point, photon_direction, out); });
+                               const float *lamp_density, float *out) {
+        return guarded([&] { self(c)->eval_bsdf(n, point, photon_direction, lamp_density, out); });
     }
     static int32_t c_lamp_light(void *c, uint32_t n, const uint32_t *medium, const float *position, const float *normal,
-                                const float *numbers, float *direction, float *irradiance) {
-        return guarded([&] { self(c)->lamp_light(n, medium, position, normal, numbers, direction, irradiance); });
+                                const float *numbers, float *direction, float *irradiance, float *density) {
+        return guarded([&] { self(c)->lamp_light(n, medium, position, normal, numbers, direction, irradiance, density); });
+    }
+    static int32_t c_aim(void *c, uint32_t n, const float *numbers, float *film) {
+        return guarded([&] { self(c)->aim(n, numbers, film); });
     }
     static int32_t c_splat(void *c, uint32_t n, const float *position, const float *radiance, const float *alpha,
                            const float *weight, double *storage) {

@@ -14,6 +14,10 @@ public:
     struct Sample {
         Vector3f direction;
         UnpolarizedSpectrum irradiance;
+        EmitterPtr emitter;
+        // From the lamp to what its light meets first.
+        Float distance;
+        Mask lit;
     };
 
     LampLight(const Scene *scene, const Sensor *sensor, const Tables &tables, const Channels &band)
@@ -33,12 +37,12 @@ public:
         Mask lit = ds.pdf > 0.f && m_tables.emitter_medium(ds.emitter, true).second;
         Mask far = has_flag(dr::select(lit, ds.emitter->flags(lit), 0u), EmitterFlags::Infinite);
         Way way{ place.spawn_ray_to(ds.p), ds.p, far, medium, dr::zeros<SurfaceInteraction3f>(dr::width(position)),
-                 UnpolarizedSpectrum(1.f), 0u, lit, true };
+                 UnpolarizedSpectrum(1.f), ds.dist, 0u, lit, true };
         go(way, seed);
         UnpolarizedSpectrum irradiance = dr::select(lit, unpolarized_spectrum(value) * way.passed, 0.f);
         // Mitsuba's density for a lamp of less than some 3e-4 of its distance is infinite: let that be seen and counted.
         dr::masked(irradiance, lit && !dr::isfinite(ds.pdf)) = dr::NaN<Float>;
-        return { dr::select(lit, -ds.d, Vector3f(0.f)), irradiance };
+        return { dr::select(lit, -ds.d, Vector3f(0.f)), irradiance, ds.emitter, way.distance, lit };
     }
 
 private:
@@ -52,9 +56,10 @@ private:
         MediumPtr medium;
         SurfaceInteraction3f si;
         UnpolarizedSpectrum passed;
+        Float distance;
         UInt32 event;
         Mask active, looks;
-        DRJIT_STRUCT(Way, ray, lamp, far, medium, si, passed, event, active, looks)
+        DRJIT_STRUCT(Way, ray, lamp, far, medium, si, passed, distance, event, active, looks)
     };
 
     void go(Way &way, const UInt32 &seed) const {
@@ -109,6 +114,7 @@ private:
             dr::masked(w.medium, transition) = w.si.target_medium(w.ray.d);
         Ray3f next = w.si.spawn_ray(w.ray.d);
         dr::masked(w.ray, hit) = next;
+        dr::masked(w.distance, hit) = dr::norm(w.lamp - next.o);
         // The lamp lay behind by less than the step off the surface.
         w.active &= !hit || w.far || dr::dot(w.lamp - w.ray.o, w.ray.d) > 0.f;
     }

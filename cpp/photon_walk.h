@@ -23,11 +23,13 @@ public:
         Ray3f ray;
         MediumPtr medium;
         UnpolarizedSpectrum flux, density;
-        Float emitted;
+        // How densely the lamp's light lies in directions; below 0 what that is at a distance of 1, until it is known how far
+        // it gets.
+        Float emitted, lamp_density;
         UInt32 channel, depth, index, seed, steps;
         // Whether connections find the emitter, and whether the walk goes on.
         Mask found, active;
-        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, channel, depth, index, seed, steps, found, active)
+        DRJIT_STRUCT(Walk, ray, medium, flux, density, emitted, lamp_density, channel, depth, index, seed, steps, found, active)
     };
 
     struct Numbers {
@@ -123,7 +125,7 @@ private:
 
     static Planes planes(const VptPhotonVertices &out) {
         return { { out.walk, out.event, out.medium, out.depth },
-                 { out.length, out.segment_reach },
+                 { out.length, out.lamp_density, out.segment_reach },
                  { out.position, out.direction, out.geometric_normal, out.flux, out.segment_origin, out.segment_flux,
                    out.segment_density } };
     }
@@ -188,6 +190,9 @@ private:
         }
         walk.density = UnpolarizedSpectrum(1.f);
         walk.emitted = dr::max(walk.flux);
+        walk.lamp_density = 0.f;
+        if (m_rules.glossy_chains)
+            walk.lamp_density = m_tables.lamp_density_at_first(emitter, -ray.d, true);
         walk.depth = dr::zeros<UInt32>(n);
         walk.seed = UInt32(u.seed * 0x1p24f);
         walk.steps = 0u;
@@ -215,6 +220,8 @@ private:
 
         SurfaceInteraction3f si = m_scene->ray_intersect(w.ray, w.active);
         put_start(w, out, writer, e);
+        if (m_rules.glossy_chains)
+            w.lamp_density = Tables::lamp_density_from(w.lamp_density, si.t);
         Flight flight = fly(w, si.t, u);
         Mask collided = flight.collided, surface = w.active && !collided && si.is_valid();
         w.flux = flight.flux;
@@ -247,6 +254,8 @@ private:
             writer.put(out.segment_reach, e, dr::select(collided, dr::maximum(si.t, length), length));
         writer.put3(out.geometric_normal, e, Vector3f(si.n));
         writer.put3(out.flux, e, Channels::channels(flux, w.channel));
+        if (out.lamp_density)
+            writer.put(out.lamp_density, e, w.lamp_density);
 
         Mask scattered = false, alive = false;
         // Where photons scatter once, those alone go on that nothing scatters.
@@ -404,6 +413,8 @@ private:
         Ray3f next = mei.spawn_ray(wo);
         dr::masked(w.ray, active) = next;
         dr::masked(w.flux, active) *= unpolarized_spectrum(weight);
+        if (m_rules.glossy_chains)
+            dr::masked(w.lamp_density, active) = 0.f;
         scattered |= active;
         alive |= active && pdf > 0.f;
     }
@@ -425,6 +436,8 @@ private:
         Ray3f next = si.spawn_ray(wo);
         dr::masked(w.ray, active) = next;
         dr::masked(w.flux, active) *= weight;
+        if (m_rules.glossy_chains)
+            dr::masked(w.lamp_density, active && !has_flag(bs.sampled_type, BSDFFlags::Delta)) = 0.f;
         Mask transition = active && si.is_medium_transition();
         if (simulates(VPT_EFFECT_MEDIUM_SAMPLING) && dr::any_or<true>(transition))
             dr::masked(w.medium, transition) = si.target_medium(next.d);

@@ -112,7 +112,47 @@ public:
         }
     }
 
+    // How densely the light of a lamp lies in directions at a distance from it: as Mitsuba samples those of skies, and as an area
+    // is seen; infinitely where a lamp has none. [Glossy chain]
+    Float lamp_density(const EmitterPtr &emitter, const Vector3f &to_lamp, const Float &distance, const Mask &active) const {
+        return lamp_density_from(lamp_density_at_first(emitter, to_lamp, active), distance);
+    }
+
+    // The same while the distance is not known: areas are negative and as seen from a distance of 1.
+    Float lamp_density_at_first(const EmitterPtr &emitter, const Vector3f &to_lamp, const Mask &active) const {
+        Float density = constant_density(emitter, active);
+        Mask sky = active && density == 0.f;
+        if (dr::any_or<true>(sky)) {
+            DirectionSample3f ds = dr::zeros<DirectionSample3f>(dr::width(to_lamp));
+            ds.d = to_lamp;
+            dr::masked(density, sky) = emitter->pdf_direction(dr::zeros<Interaction3f>(dr::width(to_lamp)), ds, sky);
+        }
+        return density;
+    }
+
+    static Float lamp_density_from(const Float &at_first, const Float &distance) {
+        return dr::select(at_first < 0.f, -at_first * dr::square(distance), at_first);
+    }
+
 private:
+    // Of areas, as above, and of lamps without any; 0 of skies.
+    Float constant_density(const EmitterPtr &emitter, const Mask &active) const {
+        if constexpr (Jit) {
+            return dr::gather<Float>(m_emitter_densities_dr, dr::reinterpret_array<UInt32>(emitter), active);
+        } else {
+            for (size_t i = 0; active && i < m_lamps.all().size(); ++i)
+                if (m_lamps.all()[i] == emitter)
+                    return m_emitter_densities[i];
+            return 0.f;
+        }
+    }
+
+    static float constant_density(const Emitter *emitter) {
+        if (has_flag(emitter->flags(), EmitterFlags::Delta))
+            return dr::Infinity<float>;
+        return emitter->shape() ? -1.f / (float) plain(Float(emitter->shape()->surface_area())) : 0.f;
+    }
+
     // All variables of Dr.Jit that programs over this scene may read: those of everything that takes virtual calls, of whatever
     // scene it is part of, and those of the scene and of these tables.
     std::vector<uint32_t> variables() const {
@@ -122,7 +162,8 @@ private:
             auto more = variables_of(value);
             out.insert(out.end(), more.begin(), more.end());
         };
-        add(dr::tie(m_index_by_id, m_lambertian_by_id, m_emitter_lit, m_media_dr, m_emitter_media_dr));
+        add(dr::tie(m_index_by_id, m_lambertian_by_id, m_emitter_lit, m_emitter_densities_dr, m_media_dr,
+                    m_emitter_media_dr));
         const dr::TraversableBase *scene = m_scene, *sensor = m_sensor;
         add(scene);
         add(sensor);
@@ -401,20 +442,24 @@ private:
                     "absorbs all of its light; bound the medium with a shape that names it as interior",
                     emitter->id(), medium->id()));
             m_emitter_media.push_back(medium);
+            m_emitter_densities.push_back(constant_density(emitter));
             m_emitter_shines.push_back(shines);
         }
         if constexpr (Jit) {
             size_t bound = registry_bound("Emitter");
             std::vector<const Medium *> media(bound, nullptr);
             std::vector<uint32_t> lit(bound, 0);
+            std::vector<float> densities(bound, 0.f);
             for (size_t i = 0; i < m_emitter_media.size(); ++i) {
                 uint32_t id = jit_registry_id(m_lamps.all()[i]);
                 media[id] = m_emitter_media[i];
                 lit[id] = m_emitter_shines[i];
+                densities[id] = m_emitter_densities[i];
             }
             m_emitter_media_dr = dr::load<DynamicBuffer<MediumPtr>>(media.data(), bound);
             m_emitter_lit = dr::load<UInt32>(lit.data(), bound);
-            dr::eval(m_emitter_media_dr, m_emitter_lit);
+            m_emitter_densities_dr = dr::load<Float>(densities.data(), bound);
+            dr::eval(m_emitter_media_dr, m_emitter_lit, m_emitter_densities_dr);
         }
     }
 
@@ -499,8 +544,10 @@ private:
     std::vector<const BSDF *> m_lambertian;
     std::vector<const Medium *> m_emitter_media;
     std::vector<bool> m_emitter_shines;
+    std::vector<float> m_emitter_densities;
     std::vector<std::string> m_warnings;
     UInt32 m_index_by_id, m_lambertian_by_id, m_emitter_lit;
+    Float m_emitter_densities_dr;
     DynamicBuffer<MediumPtr> m_media_dr, m_emitter_media_dr;
     mutable std::conditional_t<Jit, FrozenPrograms<Float>, std::nullptr_t> m_programs{};
 };

@@ -18,10 +18,12 @@ public:
     struct Ray {
         Ray3f ray;
         MediumPtr medium;
+        // Density with which the last sharp direction was sampled; infinite before.
+        Float sharpness;
         // Number within the batch.
         UInt32 depth, index;
         Mask active;
-        DRJIT_STRUCT(Ray, ray, medium, depth, index, active)
+        DRJIT_STRUCT(Ray, ray, medium, sharpness, depth, index, active)
     };
 
     ViewWalk(const Scene *scene, const Sensor *sensor, const Tables &tables, const Channels &band,
@@ -180,6 +182,7 @@ private:
         ray.ray = Ray3f(differential);
         ray.ray.wavelengths = m_band.wavelengths(m_lanes);
         ray.medium = sensor->medium();
+        ray.sharpness = dr::Infinity<Float>;
         ray.depth = dr::zeros<UInt32>(m_lanes);
         if constexpr (dr::is_jit_v<Float>)
             ray.index = dr::arange<UInt32>(m_lanes);
@@ -205,6 +208,9 @@ private:
             Mask looked_at = simulates(VPT_EFFECT_ENVIRONMENT) ? s.active : hit;
             EmitterPtr emitter = si.emitter(m_scene, looked_at);
             emits = looked_at && emitter != nullptr && !hides;
+            // Of a lamp that is sharper still visible points see the light.
+            if (m_rules.glossy_chains)
+                emits &= s.sharpness > m_tables.lamp_density(emitter, s.ray.d, si.t, emits);
             if (dr::any_or<true>(emits))
                 dr::masked(emission, emits) = emitter->eval(si, emits);
         }
@@ -278,7 +284,9 @@ private:
         if (m_rules.glossy_chains && dr::any_or<true>(glossy)) {
             BSDFContext any(TransportMode::Radiance);
             auto [glossy_bs, glossy_value] = bsdf->sample(any, si, lobe, direction, glossy);
-            Mask sharp = glossy && is_sharp(lobes, bsdf->pdf(any, si, glossy_bs.wo, glossy));
+            Float density = bsdf->pdf(any, si, glossy_bs.wo, glossy);
+            Mask sharp = glossy && is_sharp(lobes, density, Float(0.f));
+            dr::masked(s.sharpness, sharp) = density;
             dr::masked(bs, sharp) = glossy_bs;
             dr::masked(value, sharp) = glossy_value;
             active |= sharp;

@@ -12,7 +12,7 @@ typedef struct VptStats VptStats;
 typedef struct VptFilm VptFilm;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 9
+#define VPT_ABI_VERSION 10
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -281,6 +281,7 @@ typedef struct VptPhotonVertices {
   float *segment_flux;
   float *segment_density;
   float *segment_reach;
+  float *lamp_density;
 } VptPhotonVertices;
 
 // A renderer that owns a scene. `walk` pointers are the renderer's own.
@@ -351,10 +352,11 @@ typedef struct VptHost {
                        uint32_t count,
                        const uint32_t *point,
                        const float *photon_direction,
+                       const float *lamp_density,
                        float *out);
   // Samples a lamp for each place (`medium`, position, geometric normal or 0) and what of its light arrives there straight,
   // through null boundaries and media: the direction in which it travels, and its radiance over the density of
-  // directions.
+  // directions. `density` is as in `scene::LampLight`, or null.
   int32_t (*lamp_light)(void *context,
                         uint32_t count,
                         const uint32_t *medium,
@@ -362,7 +364,11 @@ typedef struct VptHost {
                         const float *normal,
                         const float *numbers,
                         float *direction,
-                        float *irradiance);
+                        float *irradiance,
+                        float *density);
+  // Writes where on the film places on lamps would be seen if nothing were in the way: x's then y's, not a number where that is
+  // not on the film or not known. `numbers` are those for the lamp, and two for the place.
+  int32_t (*aim)(void *context, uint32_t count, const float *numbers, float *film);
   // Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
   int32_t (*splat)(void *context,
                    uint32_t count,

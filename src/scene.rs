@@ -49,6 +49,8 @@ pub const VIEW_STEP_DIMENSIONS: usize = 3;
 /// Uniform numbers consumed by [`Scene::lamp_light`], per place: two for the lamp and the point on it, and one that
 /// numbers a stream of hashes for what varying media take away.
 pub const LAMP_DIMENSIONS: usize = 3;
+/// Uniform numbers consumed by [`Scene::aim`], per lane: for the lamp, and two for the place on it.
+pub const AIM_DIMENSIONS: usize = 3;
 
 /// What went wrong on the renderer's side.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -318,7 +320,7 @@ pub struct PathRules {
     /// What is not in here may be left out: the scene does not call for it.
     pub effects: Effects,
     /// Whether view rays go on in directions that a surface without delta lobes samples with a density above 1 per solid
-    /// angle; its visible points leave those out. [Glossy chain]
+    /// angle; its visible points leave those out, but for the light of lamps that is denser still. [Glossy chain]
     pub glossy_chains: bool,
 }
 
@@ -521,6 +523,9 @@ pub struct PhotonVertices {
     /// Geometric normal as the shape is oriented, not turned toward the photon (surfaces only).
     pub geometric_normal: Planes,
     pub flux: Planes,
+    /// How densely the light of the lamp lies in directions [1/sr], if nothing but delta and null lobes has scattered it
+    /// yet, infinite for lamps without extent; else 0. Filled where the caller has put `Some`. \[Glossy chain\]
+    pub lamp_density: Option<Vec<f32>>,
     /// Filled where the caller has put `Some`.
     pub segments: Option<PhotonSegments>,
 }
@@ -536,15 +541,19 @@ impl PhotonVertices {
         {
             planes.resize(lanes);
         }
+        if let Some(density) = &mut self.lamp_density {
+            density.resize(lanes, 0.0);
+        }
         if let Some(segments) = &mut self.segments {
             segments.resize(lanes);
         }
     }
 
-    /// No lanes; segments are wanted as here.
+    /// No lanes; what may be left out is wanted as here.
     pub fn like(&self) -> Self {
         let segments = self.segments.as_ref().map(|_| PhotonSegments::default());
-        PhotonVertices { segments, ..PhotonVertices::default() }
+        let lamp_density = self.lamp_density.as_ref().map(|_| Vec::new());
+        PhotonVertices { segments, lamp_density, ..PhotonVertices::default() }
     }
 
     /// Multiplies the flux of all lanes by the weights of their walks.
@@ -570,6 +579,9 @@ impl PhotonVertices {
             [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux]
         {
             planes.keep(&present);
+        }
+        if let Some(density) = &mut self.lamp_density {
+            keep(density, &present);
         }
         if let Some(segments) = &mut self.segments {
             keep(&mut segments.reach, &present);
@@ -682,6 +694,8 @@ pub struct PointSegments {
 pub struct SurfacePairs {
     pub point: Vec<u32>,
     pub photon_direction: Planes,
+    /// As in [`PhotonVertices`]; 0 where there are no glossy chains.
+    pub lamp_density: Vec<f32>,
 }
 
 /// Places from which lamps are looked for.
@@ -701,12 +715,17 @@ pub struct LampLight {
     pub direction: Planes,
     /// Radiance over the density of directions per solid angle [W/m²], what media take away taken off.
     pub irradiance: Planes,
+    /// As in [`PhotonVertices`], filled where the caller has put `Some`.
+    pub density: Option<Vec<f32>>,
 }
 
 impl LampLight {
     pub fn resize(&mut self, lanes: usize) {
         self.direction.resize(lanes);
         self.irradiance.resize(lanes);
+        if let Some(density) = &mut self.density {
+            density.resize(lanes, 0.0);
+        }
     }
 }
 
@@ -744,6 +763,14 @@ pub trait Scene: Sync {
         request: &ViewRayRequest,
         importance: &mut Planes,
     ) -> SceneResult<Box<dyn ViewWalk + 'a>>;
+
+    /// Where on the film places on lamps would be seen if nothing were in the way: x's then y's in film coordinates, one place
+    /// for each lane, not a number where it is not on the film or cannot be told. `numbers` holds [`AIM_DIMENSIONS`] planes.
+    fn aim(&self, lanes: usize, _numbers: &[f32], film: &mut Vec<f32>) -> SceneResult<()> {
+        film.clear();
+        film.resize(2 * lanes, f32::NAN);
+        Ok(())
+    }
 
     /// Starts one photon walk per lane; `numbers` holds [`EMIT_DIMENSIONS`] planes.
     fn emit<'a>(

@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 9;
+pub const VPT_ABI_VERSION: u32 = 10;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -217,6 +217,7 @@ pub struct VptPhotonVertices {
     pub segment_flux: *mut f32,
     pub segment_density: *mut f32,
     pub segment_reach: *mut f32,
+    pub lamp_density: *mut f32,
 }
 
 /// A renderer that owns a scene. `walk` pointers are the renderer's own.
@@ -308,11 +309,12 @@ pub struct VptHost {
         count: u32,
         point: *const u32,
         photon_direction: *const f32,
+        lamp_density: *const f32,
         out: *mut f32,
     ) -> i32,
     /// Samples a lamp for each place (`medium`, position, geometric normal or 0) and what of its light arrives there straight,
     /// through null boundaries and media: the direction in which it travels, and its radiance over the density of
-    /// directions.
+    /// directions. `density` is as in `scene::LampLight`, or null.
     pub lamp_light: unsafe extern "C" fn(
         context: *mut c_void,
         count: u32,
@@ -322,6 +324,15 @@ pub struct VptHost {
         numbers: *const f32,
         direction: *mut f32,
         irradiance: *mut f32,
+        density: *mut f32,
+    ) -> i32,
+    /// Writes where on the film places on lamps would be seen if nothing were in the way: x's then y's, not a number where that is
+    /// not on the film or not known. `numbers` are those for the lamp, and two for the place.
+    pub aim: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: u32,
+        numbers: *const f32,
+        film: *mut f32,
     ) -> i32,
     /// Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
     pub splat: unsafe extern "C" fn(

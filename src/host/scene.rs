@@ -216,6 +216,11 @@ fn lane_count(lanes: usize) -> u32 {
     u32::try_from(lanes).expect("a batch holds fewer than 2^32 lanes")
 }
 
+/// Where values go; null where they are not wanted.
+fn optional(values: &mut Option<Vec<f32>>) -> *mut f32 {
+    values.as_mut().map_or(std::ptr::null_mut(), |values| values.as_mut_ptr())
+}
+
 struct HostViewWalk<'a> {
     scene: &'a HostScene,
     walk: *mut c_void,
@@ -315,6 +320,7 @@ impl PhotonWalk for HostPhotonWalk<'_> {
             segment_flux,
             segment_density,
             segment_reach,
+            lamp_density: optional(&mut out.lamp_density),
         };
         let host = &self.scene.host;
         let mut alive = 0;
@@ -472,7 +478,7 @@ impl Scene for HostScene {
 
     fn eval_bsdf(&self, pairs: &SurfacePairs, out: &mut Planes) -> SceneResult<()> {
         let count = pairs.point.len();
-        assert_eq!(pairs.photon_direction.lanes(), count);
+        assert!(pairs.photon_direction.lanes() == count && pairs.lamp_density.len() == count);
         out.resize(count);
         // SAFETY: all arrays hold `count` lanes.
         self.check(unsafe {
@@ -481,6 +487,7 @@ impl Scene for HostScene {
                 lane_count(count),
                 pairs.point.as_ptr(),
                 pairs.photon_direction.as_slice().as_ptr(),
+                pairs.lamp_density.as_ptr(),
                 out.as_mut_slice().as_mut_ptr(),
             )
         })
@@ -502,6 +509,21 @@ impl Scene for HostScene {
                 numbers.as_ptr(),
                 out.direction.as_mut_slice().as_mut_ptr(),
                 out.irradiance.as_mut_slice().as_mut_ptr(),
+                optional(&mut out.density),
+            )
+        })
+    }
+
+    fn aim(&self, lanes: usize, numbers: &[f32], film: &mut Vec<f32>) -> SceneResult<()> {
+        assert_eq!(numbers.len(), AIM_DIMENSIONS * lanes);
+        film.resize(2 * lanes, f32::NAN);
+        // SAFETY: the arrays hold `lanes` lanes.
+        self.check(unsafe {
+            (self.host.aim)(
+                self.host.context,
+                lane_count(lanes),
+                numbers.as_ptr(),
+                film.as_mut_ptr(),
             )
         })
     }

@@ -28,6 +28,7 @@ pub enum Purpose {
     Lessons = 16,
     LessonTables = 17,
     Wavelengths = 18,
+    AimedRays = 19,
 }
 
 /// The stream that belongs to one batch of one pass.

@@ -11,6 +11,8 @@ use crate::transport::wavelengths;
 /// Rays per pixel that look where further rays are worth while, before the first jitter; another one comes with each doubling
 /// of the jitters.
 const FIRST_LESSONS: u32 = 2;
+/// Places on lamps that are looked at before: what is smaller than a pixel would be met late.
+const AIMED: u32 = 4096;
 
 pub struct DirectEmission {
     rays: EmissionRays,
@@ -79,6 +81,9 @@ impl DirectEmission {
         let scene = tuned.as_deref().unwrap_or(scene);
         let mut plan = plan.clone();
         plan.retune(scene.description());
+        if self.lessons == 0 {
+            self.rays.note(&view::trace_aimed(scene, &plan, seed, AIMED)?);
+        }
         let all: Vec<u32> = (0..self.rays.pixel_count() as u32).collect();
         while self.lessons < due {
             // Numbered from the other end than jitters, so that no stream serves twice.

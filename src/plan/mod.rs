@@ -6,7 +6,7 @@ mod finding;
 pub use finding::Finding;
 
 use crate::effect::{Effect, Effects};
-use crate::scene::{Extinction, Medium, PathLimits, PathRules, Phase, SceneDescription};
+use crate::scene::{lobes, Extinction, Medium, PathLimits, PathRules, Phase, SceneDescription};
 use evidence::Evidence;
 use serde::Serialize;
 
@@ -94,7 +94,11 @@ impl Plan {
             Effect::ALL.into_iter().map(|effect| evidence.judge(effect, forced)).collect();
         let effects = findings.iter().filter(|finding| finding.on).map(|f| f.effect).collect();
         Plan {
-            rules: PathRules { limits, effects, glossy_chains },
+            rules: PathRules {
+                limits,
+                effects,
+                glossy_chains: glossy_chains && scene.surfaces.iter().any(|s| s.has(lobes::GLOSSY)),
+            },
             connections: wishes.connections,
             steering: match steering {
                 Steering::Measured if forced.has(Effect::MetropolisMedium) => Steering::Always,

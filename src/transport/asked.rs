@@ -29,11 +29,13 @@ pub struct MediumPair {
     pub owes_scattering: bool,
 }
 
-/// A pair on a surface: the number of a stored visible point and the photon's direction.
+/// A pair on a surface: the number of a stored visible point, the photon's direction, and how densely the light of its lamp
+/// lies in directions, as in [`PhotonVertices`].
 #[derive(Debug, Clone, Copy)]
 pub struct SurfacePair {
     pub point: u32,
     pub photon: Vec3,
+    pub lamp_density: f32,
 }
 
 /// Pairs that wait for an answer.
@@ -124,6 +126,7 @@ impl Asked {
         let pairs = SurfacePairs {
             point: self.surface.iter().map(|(pair, _)| pair.point).collect(),
             photon_direction: Planes::push_all(self.surface.iter().map(|(pair, _)| pair.photon)),
+            lamp_density: self.surface.iter().map(|(pair, _)| pair.lamp_density).collect(),
         };
         let mut values = Planes::default();
         scene.eval_bsdf(&pairs, &mut values)?;

@@ -125,6 +125,7 @@ struct Connector<'a> {
     lamps_near: Vec<Place>,
     /// Of the lamps, for each receiver.
     samples: usize,
+    glossy_chains: bool,
 }
 
 impl<'a> Connector<'a> {
@@ -132,7 +133,8 @@ impl<'a> Connector<'a> {
         let pairs = Pairs::new(plan, paths, Radii::default());
         let lamps_near =
             scene.description().emitters.iter().filter_map(|lamp| lamp.place).collect();
-        Connector { scene, pairs, lamps_near, samples: samples as usize }
+        let glossy_chains = plan.rules.glossy_chains;
+        Connector { scene, pairs, lamps_near, samples: samples as usize, glossy_chains }
     }
 
     fn samples_of(&self, receivers: usize) -> u64 {
@@ -211,7 +213,9 @@ impl<'a> Connector<'a> {
         if lanes == 0 {
             return Ok(Vec::new());
         }
-        let (mut numbers, mut light) = (Vec::new(), LampLight::default());
+        let density = self.glossy_chains.then(Vec::new);
+        let (mut numbers, mut light) =
+            (Vec::new(), LampLight { density, ..LampLight::default() });
         uniform::fill(rng, &mut numbers, LAMP_DIMENSIONS * lanes);
         for (sample, number) in samples.zip(&mut numbers[..lanes]) {
             *number = stratified(sample % self.samples, self.samples, *number);
@@ -220,6 +224,7 @@ impl<'a> Connector<'a> {
         let of_lane = |lane| LampSample {
             direction: light.direction.get(lane),
             irradiance: light.irradiance.rgb(lane) / self.samples as f32,
+            density: light.density.as_ref().map_or(0.0, |density| density[lane]),
         };
         Ok((0..lanes).map(of_lane).collect())
     }

@@ -5,8 +5,9 @@ use super::view::EmissionSamples;
 
 /// Further rays of a jitter at most, per pixel of the film, where nothing else is wanted.
 const BUDGET: f64 = 0.5;
-/// Rays per pixel at most.
-const MOST_PER_PIXEL: usize = 64;
+/// Rays per pixel at most, of those that are shared out evenly and of those that go by what was seen.
+const MOST_EVENLY: usize = 64;
+const MOST_BY_CONTRAST: usize = 2048;
 /// Range of what neighbouring rays saw, over the picture's mean, from which on it is worth further rays.
 const CONTRAST: f32 = 0.25;
 
@@ -48,9 +49,20 @@ impl EmissionRays {
     /// picture, so that its mean stays unbiased. `level` is the mean brightness of the picture.
     pub fn pixels(&self, level: f32) -> Vec<u32> {
         let marked = self.marked(level);
-        let budget = (self.budget * self.seen.len() as f64) as usize;
-        let each = (budget / marked.len().max(1)).min(MOST_PER_PIXEL);
-        marked.into_iter().flat_map(|pixel| std::iter::repeat_n(pixel, each)).collect()
+        let budget = self.budget * self.seen.len() as f64;
+        let contrast = |pixel: u32| {
+            let [low, high] = self.seen[pixel as usize];
+            f64::from((high - low).max(0.0))
+        };
+        let total: f64 = marked.iter().map(|&pixel| contrast(pixel)).sum();
+        // What is brighter by far is far noisier: it gets half of all rays. All edges share the other half.
+        let (evenly, by_contrast) = if total > 0.0 { (0.5, 0.5) } else { (1.0, 0.0) };
+        let each = ((evenly * budget / marked.len().max(1) as f64) as usize).min(MOST_EVENLY);
+        let of_pixel = |pixel: u32| {
+            let share = by_contrast * budget * contrast(pixel) / total.max(f64::MIN_POSITIVE);
+            std::iter::repeat_n(pixel, each + (share as usize).min(MOST_BY_CONTRAST))
+        };
+        marked.into_iter().flat_map(of_pixel).collect()
     }
 
     /// The pixels where further rays are worth while.
@@ -116,7 +128,21 @@ mod tests {
             ..EmissionSamples::default()
         };
         rays.note(&further);
-        // The pixel and its eight neighbours.
-        assert_eq!(rays.pixels(1.0).len(), 9 * (100 / 9));
+        // Half of 100 rays for the pixel and its eight neighbours, half for where the difference is.
+        let pixels = rays.pixels(1.0);
+        assert_eq!(pixels.len(), 9 * (50 / 9) + 50);
+        assert_eq!(pixels.iter().filter(|&&pixel| pixel == 105).count(), 50 / 9 + 50);
+    }
+
+    /// A lamp a thousand times brighter than others, behind a single pixel, is a thousand times noisier.
+    #[test]
+    fn what_is_brighter_by_far_gets_half() {
+        let mut rays = half_lit();
+        let lamp = |pixel: usize| Rgb::splat(if pixel == 105 { 5e3 } else { 0.0 });
+        rays.note(&one_per_pixel(lamp));
+        let pixels = rays.pixels(1.0);
+        let on_lamp = pixels.iter().filter(|&&pixel| pixel == 105).count();
+        assert!((45..=52).contains(&on_lamp), "{on_lamp}");
+        assert!(pixels.iter().any(|pixel| *pixel < 20), "edges get none");
     }
 }

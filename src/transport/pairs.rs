@@ -198,7 +198,8 @@ impl<'a> Pairs<'a> {
         let weighted = point.weight * photon.flux * kernel::disk(self.radii.surface);
         let bias_share = kernel::disk_bias_share(distance_squared, self.radii.surface);
         let pending = Pending { walk: photon.walk, pixel: point.pixel, weighted, bias_share };
-        reflect(photon.direction, normal, point.lobe(), pending, out);
+        let light = Light { direction: photon.direction, lamp_density: photon.lamp_density };
+        reflect(light, normal, point.lobe(), pending, out);
     }
 
     /// One sample of a lamp's light at distance `t` along a view beam, which was drawn with this density [1/length].
@@ -237,7 +238,8 @@ impl<'a> Pairs<'a> {
         }
         let weighted = point.weight * lamp.irradiance * cosine;
         let pending = Pending { walk: 0, pixel: point.pixel, weighted, bias_share: 0.0 };
-        reflect(lamp.direction, normal, point.lobe(), pending, out);
+        let light = Light { direction: lamp.direction, lamp_density: lamp.density };
+        reflect(light, normal, point.lobe(), pending, out);
     }
 }
 
@@ -247,21 +249,30 @@ pub struct LampSample {
     pub direction: Vec3,
     /// Normal to the direction, over the density of the sample [W/m²].
     pub irradiance: Rgb,
+    /// How densely the lamp's light lies in directions, as in [`LampLight`] \[1/sr\].
+    pub density: f32,
+}
+
+/// Light that falls on a visible point.
+struct Light {
+    direction: Vec3,
+    lamp_density: f32,
 }
 
 /// Adds what a visible point reflects, or asks for its BSDF.
 fn reflect<S: Sink>(
-    light: Vec3,
+    Light { direction, lamp_density }: Light,
     normal: Vec3,
     lobe: Lobe,
     pending: Pending,
     out: &mut Gathered<S>,
 ) {
     match lobe {
-        Lobe::Lambertian if light.dot(normal) >= 0.0 => {}
+        Lobe::Lambertian if direction.dot(normal) >= 0.0 => {}
         Lobe::Lambertian => out.keep(Family::Surface, pending),
         Lobe::Stored(stored) => {
-            out.asked.surface(SurfacePair { point: stored, photon: light }, pending);
+            let pair = SurfacePair { point: stored, photon: direction, lamp_density };
+            out.asked.surface(pair, pending);
         }
     }
 }

@@ -79,6 +79,8 @@ pub struct SurfacePhoton {
     pub flux: Rgb,
     pub depth: u32,
     pub walk: u32,
+    /// As in [`PhotonVertices`] \[1/sr\].
+    pub lamp_density: f32,
     /// Whether visible points find this light by themselves, on the viewer's side. \[Connection\]
     pub is_found: bool,
 }
@@ -129,6 +131,7 @@ pub fn event(v: &PhotonVertices, lane: usize, plan: &Plan, dropped: &mut u64) ->
         flux,
         depth,
         walk,
+        lamp_density: v.lamp_density.as_ref().map_or(0.0, |density| density[lane]),
         is_found: is_found(v, lane, plan, Family::Surface),
     })
 }

@@ -139,6 +139,35 @@ pub struct EmissionSamples {
     pub counters: Counters,
 }
 
+/// Traces rays that look for emission alone through these places on the film, such as have lamps behind them if nothing is in
+/// the way.
+pub fn trace_aimed(
+    scene: &dyn Scene,
+    plan: &Plan,
+    seed: u64,
+    places: u32,
+) -> SceneResult<EmissionSamples> {
+    let (mut numbers, mut found) = (Vec::new(), Vec::new());
+    let lanes = places as usize;
+    uniform::fill(
+        &mut uniform::stream(seed, Purpose::AimedRays, 0, 0),
+        &mut numbers,
+        AIM_DIMENSIONS * lanes,
+    );
+    scene.aim(lanes, &numbers, &mut found)?;
+    let SceneDescription { film_size, film_offset, .. } = *scene.description();
+    let aimed = (0..lanes).filter_map(|lane| {
+        let place = [found[lane], found[lanes + lane]];
+        let [x, y] = [0, 1].map(|axis: usize| place[axis] - film_offset[axis] as f32);
+        let is_on_film =
+            x >= 0.0 && y >= 0.0 && x < film_size[0] as f32 && y < film_size[1] as f32;
+        is_on_film.then(|| (y as u32 * film_size[0] + x as u32, place))
+    });
+    let (pixels, places): (Vec<u32>, Vec<[f32; 2]>) = aimed.unzip();
+    let stream = |purpose, batch| uniform::stream(seed, of_emission(purpose), u64::MAX, batch);
+    emission_rays(scene, plan, stream, &pixels, Some(&places))
+}
+
 /// Traces rays through these pixels that look for emission alone.
 pub fn trace_emission(
     scene: &dyn Scene,
@@ -147,19 +176,33 @@ pub fn trace_emission(
     jitter: u64,
     pixels: &[u32],
 ) -> SceneResult<EmissionSamples> {
+    let stream = |purpose, batch| uniform::stream(seed, of_emission(purpose), jitter, batch);
+    emission_rays(scene, plan, stream, pixels, None)
+}
+
+/// The purpose of a ray path's stream where it looks for emission alone.
+fn of_emission(purpose: Purpose) -> Purpose {
+    match purpose {
+        Purpose::Aperture => Purpose::EmissionAperture,
+        Purpose::ViewTables => Purpose::EmissionTables,
+        _ => Purpose::EmissionRays,
+    }
+}
+
+/// At these places, or anywhere in their pixels.
+fn emission_rays(
+    scene: &dyn Scene,
+    plan: &Plan,
+    stream: impl Fn(Purpose, u64) -> Pcg64Mcg + Sync,
+    pixels: &[u32],
+    places: Option<&[[f32; 2]]>,
+) -> SceneResult<EmissionSamples> {
     let traced = scene.batching().run_all(pixels.len() as u64, |batch| {
-        let stream = |purpose| {
-            let purpose = match purpose {
-                Purpose::Aperture => Purpose::EmissionAperture,
-                Purpose::ViewTables => Purpose::EmissionTables,
-                _ => Purpose::EmissionRays,
-            };
-            uniform::stream(seed, purpose, jitter, batch.number)
-        };
-        let first = batch.first as usize;
-        let pixels = pixels[first..first + batch.lanes].to_vec();
-        let ViewPaths { film, emission, counters, .. } =
-            Tracer::new(scene, plan, pixels, stream).trace()?;
+        let lanes = batch.first as usize..batch.first as usize + batch.lanes;
+        let of_batch = |purpose| stream(purpose, batch.number);
+        let mut tracer = Tracer::new(scene, plan, pixels[lanes.clone()].to_vec(), of_batch);
+        tracer.places = places.map(|places| places[lanes].to_vec());
+        let ViewPaths { film, emission, counters, .. } = tracer.trace()?;
         Ok((film, emission, counters))
     })?;
     let mut samples = EmissionSamples { pixels: pixels.to_vec(), ..EmissionSamples::default() };
@@ -397,6 +440,8 @@ struct Tracer<'a> {
     scene: &'a dyn Scene,
     plan: &'a Plan,
     pixels: Vec<u32>,
+    /// Where on the film each goes; somewhere in its pixel if that is not given.
+    places: Option<Vec<[f32; 2]>>,
     /// Streams for rays, for places on the aperture, and for tables: what is not simulated draws nothing, and
     /// leaves the others as they are.
     rng: Pcg64Mcg,
@@ -432,6 +477,7 @@ impl<'a> Tracer<'a> {
             scene,
             plan,
             pixels,
+            places: None,
             rng: stream(Purpose::ViewRays),
             aperture: stream(Purpose::Aperture),
             table_rng: stream(Purpose::ViewTables),
@@ -551,10 +597,11 @@ impl<'a> Tracer<'a> {
         for lane in 0..lanes {
             let pixel = self.pixels[lane] as usize;
             let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
-            let position = [
+            let somewhere = [
                 x + offset[0] as f32 + self.rng.random::<f32>(),
                 y + offset[1] as f32 + self.rng.random::<f32>(),
             ];
+            let position = self.places.as_ref().map_or(somewhere, |places| places[lane]);
             film[lane] = position[0];
             film[lanes + lane] = position[1];
             self.out.film.push(position);

@@ -26,7 +26,8 @@ impl Walks<'_> {
         let mut counters = Counters { walks: self.count as u64, ..Counters::default() };
         let (mut planes, mut alive) = (Vec::new(), Vec::new());
         let segments = self.with_segments.then(Default::default);
-        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
+        let lamp_density = self.plan.rules.glossy_chains.then(Vec::new);
+        let mut vertices = PhotonVertices { segments, lamp_density, ..PhotonVertices::default() };
         numbers.emission(self.count, &mut planes);
         let mut photons = self.scene.emit(self.count, &planes, self.plan.rules)?;
         let (batching, mut done) = (self.scene.batching(), 0);

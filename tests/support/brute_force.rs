@@ -435,8 +435,11 @@ impl Photon {
     }
 
     fn asked_bsdf(&self, scene: &dyn Scene, point: usize) -> [f64; 3] {
-        let pairs =
-            SurfacePairs { point: vec![point as u32], photon_direction: one(self.direction) };
+        let pairs = SurfacePairs {
+            point: vec![point as u32],
+            photon_direction: one(self.direction),
+            lamp_density: vec![0.0],
+        };
         let mut value = Planes::default();
         scene.eval_bsdf(&pairs, &mut value).expect("the BSDF is known");
         array(value.get(0))

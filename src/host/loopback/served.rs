@@ -111,6 +111,7 @@ impl<'a> ServedScene<'a> {
             store_points,
             eval_bsdf,
             lamp_light,
+            aim,
             splat,
             spawn: None,
             work_until: None,
@@ -393,7 +394,8 @@ unsafe extern "C" fn photon_step(
     guarded(|| unsafe {
         let (walk, out) = (&mut *walk.cast::<PhotonBox>(), &*out);
         let segments = (!out.segment_reach.is_null()).then(PhotonSegments::default);
-        let mut vertices = PhotonVertices { segments, ..PhotonVertices::default() };
+        let lamp_density = (!out.lamp_density.is_null()).then(Vec::new);
+        let mut vertices = PhotonVertices { segments, lamp_density, ..PhotonVertices::default() };
         let lanes = steps as usize * walk.lanes;
         vertices.resize(lanes);
         let numbers = from_raw_parts(numbers, PHOTON_STEP_DIMENSIONS * lanes);
@@ -410,6 +412,9 @@ unsafe extern "C" fn photon_step(
             (&vertices.flux, out.flux),
         ] {
             put(planes.as_slice(), to);
+        }
+        if let Some(density) = &vertices.lamp_density {
+            put(density, out.lamp_density);
         }
         if let Some(segments) = &vertices.segments {
             put(segments.origin.as_slice(), out.segment_origin);
@@ -526,6 +531,7 @@ unsafe extern "C" fn eval_bsdf(
     count: u32,
     point: *const u32,
     photon_direction: *const f32,
+    lamp_density: *const f32,
     out: *mut f32,
 ) -> i32 {
     // SAFETY: all arrays hold `count` lanes.
@@ -534,6 +540,7 @@ unsafe extern "C" fn eval_bsdf(
         let pairs = SurfacePairs {
             point: from_raw_parts(point, count).to_vec(),
             photon_direction: planes(count, photon_direction),
+            lamp_density: from_raw_parts(lamp_density, count).to_vec(),
         };
         answer(out, |values| served(context).scene.eval_bsdf(&pairs, values))
     })
@@ -548,6 +555,7 @@ unsafe extern "C" fn lamp_light(
     numbers: *const f32,
     direction: *mut f32,
     irradiance: *mut f32,
+    density: *mut f32,
 ) -> i32 {
     // SAFETY: all arrays hold `count` lanes.
     guarded(|| unsafe {
@@ -558,10 +566,31 @@ unsafe extern "C" fn lamp_light(
             normal: planes(count, normal),
         };
         let numbers = from_raw_parts(numbers, LAMP_DIMENSIONS * count);
-        let mut light = LampLight::default();
+        let wanted = (!density.is_null()).then(Vec::new);
+        let mut light = LampLight { density: wanted, ..LampLight::default() };
         served(context).scene.lamp_light(&places, numbers, &mut light)?;
         put(light.direction.as_slice(), direction);
         put(light.irradiance.as_slice(), irradiance);
+        if let Some(values) = &light.density {
+            put(values, density);
+        }
+        Ok(())
+    })
+}
+
+unsafe extern "C" fn aim(
+    context: *mut c_void,
+    count: u32,
+    numbers: *const f32,
+    film: *mut f32,
+) -> i32 {
+    // SAFETY: all arrays hold `count` lanes.
+    guarded(|| unsafe {
+        let count = count as usize;
+        let numbers = from_raw_parts(numbers, AIM_DIMENSIONS * count);
+        let mut positions = Vec::new();
+        served(context).scene.aim(count, numbers, &mut positions)?;
+        put(&positions, film);
         Ok(())
     })
 }

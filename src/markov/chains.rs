@@ -1,7 +1,7 @@
 //! The chains of one family, in lockstep.
 
 use super::batches::batching;
-use super::mutation::MutationSize;
+use super::mutation::{Mutation, MutationSize};
 use super::recorded::{Mutated, PrimarySample, Recorded, Replayed};
 use super::trails::Trails;
 use crate::crew;
@@ -394,7 +394,7 @@ fn mutate_group(
     let known: Vec<Arc<State>> = mutants.iter().filter_map(|chain| chain.state.clone()).collect();
     let numbers = Mutated {
         samples: known.iter().map(|state| state.sample.as_slice()).collect(),
-        size,
+        mutation: Mutation::of_size(size),
         rng: uniform::stream(clock.seed, purpose, clock.pass, clock.batch),
         scene: target.scene,
     };

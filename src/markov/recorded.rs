@@ -1,6 +1,6 @@
 //! Numbers that are kept, replayed or mutated.
 
-use super::mutation::mutate;
+use super::mutation::Mutation;
 use crate::crew;
 use crate::math::uniform;
 use crate::scene::{Scene, EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
@@ -11,6 +11,8 @@ use std::ops::Range;
 
 /// Lanes whose numbers one task draws.
 const LANES_PER_TASK: usize = 2048;
+/// And those of which several steps are computed at once.
+const LANES_AT_ONCE: usize = 256;
 
 /// The numbers that a walk has used: [`EMIT_DIMENSIONS`], then [`PHOTON_STEP_DIMENSIONS`] per step.
 pub type PrimarySample = Vec<f32>;
@@ -32,13 +34,31 @@ impl<N: Numbers> Recorded<N> {
         Recorded { source, emission: Vec::new(), steps: Vec::new() }
     }
 
-    /// All numbers that a walk has used.
-    pub fn of_walk(&self, walk: u32) -> PrimarySample {
+    /// Reads numbers of one walk after another, from this one on.
+    pub fn from_walk(&self, first: u32) -> Reader<'_, N> {
+        let lane_in = |step: &Step| step.walks.partition_point(|&walk| walk < first);
+        Reader { numbers: self, lanes: self.steps.iter().map(lane_in).collect() }
+    }
+}
+
+/// Reads the numbers of walks in their order.
+pub struct Reader<'a, N> {
+    numbers: &'a Recorded<N>,
+    /// By step, the first lane that the next walk may have.
+    lanes: Vec<usize>,
+}
+
+impl<N> Reader<'_, N> {
+    /// All numbers that a walk has used, which comes behind those that were asked for before.
+    pub fn of_walk(&mut self, walk: u32) -> PrimarySample {
         let mut sample = Vec::with_capacity(EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * 8);
-        sample.extend(lane_of::<EMIT_DIMENSIONS>(&self.emission, walk as usize));
-        for step in &self.steps {
-            let Ok(lane) = step.walks.binary_search(&walk) else { break };
-            sample.extend(lane_of::<PHOTON_STEP_DIMENSIONS>(&step.planes, lane));
+        sample.extend(lane_of::<EMIT_DIMENSIONS>(&self.numbers.emission, walk as usize));
+        for (step, lane) in self.numbers.steps.iter().zip(&mut self.lanes) {
+            *lane += step.walks[*lane..].iter().take_while(|&&other| other < walk).count();
+            if step.walks.get(*lane) != Some(&walk) {
+                break;
+            }
+            sample.extend(lane_of::<PHOTON_STEP_DIMENSIONS>(&step.planes, *lane));
         }
         sample
     }
@@ -100,7 +120,7 @@ impl Numbers for Replayed<'_> {
 /// numbers are still undrawn: they are drawn now, and a mutation of them is as uniform as they are.
 pub struct Mutated<'a> {
     pub samples: Vec<&'a [f32]>,
-    pub size: f32,
+    pub mutation: Mutation,
     pub rng: Pcg64Mcg,
     /// Lends the threads that draw.
     pub scene: &'a dyn Scene,
@@ -115,11 +135,19 @@ struct Lanes<'a> {
 }
 
 impl Lanes<'_> {
-    /// Writes the number that `draw` gives for each lane, by its index in all, and plane.
-    fn fill(mut self, draw: impl Fn(usize, usize, &mut Pcg64Mcg) -> f32) {
-        for lane in 0..self.planes.first().map_or(0, |plane| plane.len()) {
-            for (number, plane) in self.planes.iter_mut().enumerate() {
-                plane[lane] = draw(self.first + lane, number, &mut self.rng);
+    /// Mutates the number that is `known` for each lane, by its index in all, and plane; draws one where none is.
+    fn fill(mut self, mutation: Mutation, known: impl Fn(usize, usize) -> Option<f32>) {
+        let mut before = [f32::NAN; LANES_AT_ONCE];
+        for (number, plane) in self.planes.iter_mut().enumerate() {
+            for (part, first) in plane.chunks_mut(LANES_AT_ONCE).zip((self.first..).step_by(LANES_AT_ONCE)) {
+                uniform::fill_all(&mut self.rng, part);
+                for (lane, before) in (first..).zip(&mut before[..part.len()]) {
+                    *before = known(lane, number).unwrap_or(f32::NAN);
+                }
+                for (drawn, &before) in part.iter_mut().zip(&before) {
+                    let mutated = mutation.of(before, *drawn);
+                    *drawn = if before.is_nan() { *drawn } else { mutated };
+                }
             }
         }
     }
@@ -141,26 +169,26 @@ impl Numbers for Mutated<'_> {
     fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
         assert_eq!(walks, self.samples.len());
         out.resize(EMIT_DIMENSIONS * walks, 0.0);
-        let (samples, size) = (&self.samples, self.size);
-        let draw = |walk: usize, dimension: usize, rng: &mut Pcg64Mcg| match dimension {
-            // The seed names a stream of hashes: a neighbour of it has nothing in common with it.
-            EMIT_SEED => samples[walk][EMIT_SEED],
-            _ => mutate(samples[walk][dimension], size, rng),
-        };
-        crew::for_each(self.scene, cut(out, walks, &mut self.rng), |lanes| lanes.fill(draw));
+        let (samples, mutation) = (&self.samples, self.mutation);
+        let known = |walk: usize, dimension: usize| Some(samples[walk][dimension]);
+        crew::for_each(self.scene, cut(out, walks, &mut self.rng), |lanes| {
+            lanes.fill(mutation, known);
+        });
+        // The seed names a stream of hashes: a neighbour of it has nothing in common with it.
+        for (seed, sample) in out[EMIT_SEED * walks..].iter_mut().zip(samples) {
+            *seed = sample[EMIT_SEED];
+        }
     }
 
     fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
         out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
-        let (samples, size) = (&self.samples, self.size);
+        let (samples, mutation) = (&self.samples, self.mutation);
         let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * steps.start;
-        let draw = |lane: usize, number: usize, rng: &mut Pcg64Mcg| match samples
-            [alive[lane] as usize]
-            .get(first + number)
-        {
-            Some(&known) => mutate(known, size, rng),
-            None => uniform::next(rng),
+        let known = |lane: usize, number: usize| {
+            samples[alive[lane] as usize].get(first + number).copied()
         };
-        crew::for_each(self.scene, cut(out, lanes, &mut self.rng), |lanes| lanes.fill(draw));
+        crew::for_each(self.scene, cut(out, lanes, &mut self.rng), |lanes| {
+            lanes.fill(mutation, known);
+        });
     }
 }

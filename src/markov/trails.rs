@@ -76,6 +76,7 @@ impl Trail {
         let mut states = vec![None; self.ends.len()];
         let tasks = (0..).step_by(STATES_PER_TASK).zip(states.chunks_mut(STATES_PER_TASK));
         crew::for_each(scene, tasks.collect(), |(first, states): (u32, &mut [Option<State>])| {
+            let mut numbers = numbers.from_walk(first);
             for (walk, state) in (first..).zip(states) {
                 let deposits = self.of(walk);
                 if !deposits.is_empty() {

@@ -52,7 +52,8 @@ pub struct Deposits {
     taken: Vec<Shares>,
     newest: Shares,
     places: usize,
-    pixels_per_share: usize,
+    /// Places of a share, as a power of two: to shift is sooner done than to divide.
+    share_bits: u32,
 }
 
 type Shares = Vec<Vec<Deposit>>;
@@ -68,7 +69,7 @@ impl Deposits {
             taken: Vec::new(),
             newest: vec![Vec::new(); SHARES],
             places,
-            pixels_per_share: places.div_ceil(SHARES).max(1),
+            share_bits: places.div_ceil(SHARES).max(1).next_power_of_two().trailing_zeros(),
         }
     }
 
@@ -78,7 +79,7 @@ impl Deposits {
     }
 
     pub fn push(&mut self, deposit: Deposit) {
-        self.newest[deposit.pixel as usize / self.pixels_per_share].push(deposit);
+        self.newest[deposit.pixel as usize >> self.share_bits].push(deposit);
     }
 
     pub fn append(&mut self, mut other: Deposits) {
@@ -189,7 +190,7 @@ impl PixelSums {
     /// Adds batches in their order, each pixel by one task.
     pub fn add(&mut self, batches: &[Deposits], scale: f64) {
         let Some(first) = batches.first() else { return };
-        let pixels = first.pixels_per_share;
+        let pixels = 1 << first.share_bits;
         let add = |(share, sums): (usize, &mut [[f64; 4]])| {
             let start = share * pixels;
             for deposit in batches.iter().flat_map(|batch| batch.of_share(share)) {

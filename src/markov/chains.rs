@@ -2,8 +2,8 @@
 
 use super::batches::batching;
 use super::mutation::{Mutation, MutationSize};
-use super::recorded::{Mutated, PrimarySample, Recorded, Replayed};
-use super::trails::Trails;
+use super::recorded::{Mutated, PrimarySample, Record, Recorded, Replayed};
+use super::trails::{Seen, Trail, Trails};
 use crate::crew;
 use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batching, Scene, SceneResult};
@@ -24,16 +24,24 @@ const STORED_DEPOSITS: usize = 1 << 24;
 const CHAINS_PER_TASK: usize = 2048;
 
 /// A visible walk and what it adds to the picture.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct State {
     pub sample: PrimarySample,
     pub deposits: Vec<Deposit>,
 }
 
+impl State {
+    /// Keeps its memory.
+    fn copy_from(&mut self, other: &State) {
+        self.sample.clone_from(&other.sample);
+        self.deposits.clone_from(&other.deposits);
+    }
+}
+
 #[derive(Debug, Clone, Default)]
 struct Chain {
-    /// None until the first visible walk of the uniform stream. Chains that start from one walk share it.
-    state: Option<Arc<State>>,
+    /// Nothing but memory until the first visible walk of the uniform stream.
+    state: State,
     /// Iterations of which the state is a sample and whose deposits were not made yet.
     repetitions: u32,
     /// Whether the uniform stream gave the state in this very iteration.
@@ -41,16 +49,18 @@ struct Chain {
 }
 
 impl Chain {
-    /// Makes the deposits that are owed and forgets the state.
-    fn leave(&mut self, out: &mut Deposits) -> Option<Arc<State>> {
-        let state = self.state.take()?;
+    fn has_state(&self) -> bool {
+        !self.state.deposits.is_empty()
+    }
+
+    /// Makes the deposits that are owed.
+    fn settle(&mut self, out: &mut Deposits) {
         let weight = std::mem::take(&mut self.repetitions) as f32;
         if weight > 0.0 {
-            for deposit in &state.deposits {
+            for deposit in &self.state.deposits {
                 out.push(deposit.times(weight));
             }
         }
-        Some(state)
     }
 }
 
@@ -158,12 +168,12 @@ impl Population {
 
     /// Chains that have a state.
     pub fn active(&self) -> usize {
-        self.chains.iter().filter(|chain| chain.state.is_some()).count()
+        self.chains.iter().filter(|chain| chain.has_state()).count()
     }
 
     /// The states of all chains that have one.
     pub fn states(&self) -> impl Iterator<Item = &State> {
-        self.chains.iter().filter_map(|chain| chain.state.as_deref())
+        self.chains.iter().filter(|chain| chain.has_state()).map(|chain| &chain.state)
     }
 
     /// Walks all states again, now that radii or receivers are others, and drops those that are not seen
@@ -178,9 +188,10 @@ impl Population {
     ) -> SceneResult<Counters> {
         let (family, before) = (self.family, self.counts);
         let batching = batching(target, self.chains.len() as u64);
-        let counters = self.each_group(batching, clock, 1, |_, group, clock, result| {
-            renew_group(family, group, target, clock, result)
-        })?;
+        let counters =
+            self.each_group(target.scene, batching, clock, 1, |_, group, clock, result| {
+                renew_group(family, group, target, clock, result)
+            })?;
         let lost = (self.counts.lost_states - before.lost_states) as f64;
         let renewed = (self.counts.renewed_walks - before.renewed_walks) as f64;
         if has_new_receivers && lost > LOST_SHARE * renewed {
@@ -214,15 +225,20 @@ impl Population {
             });
         }
         let (family, size, before) = (self.family, self.size.get(), self.counts);
-        let counters =
-            self.each_group(batching, clock, iterations, |index, group, clock, result| {
+        let counters = self.each_group(
+            target.scene,
+            batching,
+            clock,
+            iterations,
+            |index, group, clock, result| {
                 for (iteration, replaced) in replacements[index].iter().enumerate() {
                     replace(group, replaced, &mut result.deposits);
                     let clock = Clock { batch: clock.batch + iteration as u64, ..clock };
                     mutate_group(family, size, group, target, clock, result)?;
                 }
                 Ok(())
-            })?;
+            },
+        )?;
         self.size.adapt(
             self.counts.accepted_walks - before.accepted_walks,
             self.counts.mutated_walks - before.mutated_walks,
@@ -266,14 +282,10 @@ impl Population {
 
     /// Ends a pass: adds the mean over all samples, times the visible share, to `sums`.
     // [Chain normalisation]
-    pub fn end_pass(&mut self, visible_share: f64, sums: &mut PixelSums) {
+    pub fn end_pass(&mut self, scene: &dyn Scene, visible_share: f64, sums: &mut PixelSums) {
         let mut deposits = Deposits::new(self.sums.places());
-        for chain in &mut self.chains {
-            if let Some(state) = chain.leave(&mut deposits) {
-                chain.state = Some(state);
-            }
-        }
-        self.sums.add(&[deposits], 1.0);
+        self.chains.iter_mut().for_each(|chain| chain.settle(&mut deposits));
+        self.sums.add(scene, &[deposits], 1.0);
         let samples = std::mem::take(&mut self.samples);
         let scale = if samples > 0 { visible_share / samples as f64 } else { 0.0 };
         sums.drain(&mut self.sums, scale);
@@ -282,6 +294,7 @@ impl Population {
     /// Runs `iterations` of a step on groups of chains and adds up what they did in their order.
     fn each_group(
         &mut self,
+        scene: &dyn Scene,
         Batching { lanes, concurrent, .. }: Batching,
         clock: &mut Clock,
         iterations: usize,
@@ -307,7 +320,7 @@ impl Population {
             self.samples += result.samples;
             deposits.push(result.deposits);
         }
-        self.sums.add(&deposits, 1.0);
+        self.sums.add(scene, &deposits, 1.0);
         Ok(counters)
     }
 }
@@ -316,22 +329,21 @@ fn only(family: Family) -> PerFamily<bool> {
     PerFamily::from_fn(|other| other == family)
 }
 
-/// Walks a batch and returns, by walk, the states of those that are visible.
-fn trace<N: Numbers + Sync>(
+/// Walks a batch and returns what the walks added, and their numbers.
+fn trace<N: Numbers>(
     family: Family,
     walks: usize,
     numbers: N,
     target: &Target,
     clock: Clock,
-) -> SceneResult<(Vec<Option<State>>, Counters)> {
+) -> SceneResult<(Trail, Record, Counters)> {
     let mut numbers = Recorded::new(numbers);
     let mut tables = uniform::stream(clock.seed, Purpose::PhotonTables, clock.pass, clock.batch);
     let places = target.receivers.paths.places();
     let sink = || Trails::new(only(family), places);
     let (mut trails, counters) =
         target.shoot(walks, &mut numbers, &mut tables, only(family), sink)?;
-    let states = trails.take(family, walks).states(&numbers, target.scene);
-    Ok((states, counters))
+    Ok((trails.take(family, walks), numbers.into_record(), counters))
 }
 
 fn renew_group(
@@ -341,20 +353,24 @@ fn renew_group(
     clock: Clock,
     result: &mut GroupResult,
 ) -> SceneResult<()> {
-    let old: Vec<_> = group
-        .iter_mut()
-        .filter_map(|chain| chain.state.take().map(|state| (chain, state)))
-        .collect();
-    if old.is_empty() {
+    let with_state = || group.iter().filter(|chain| chain.has_state());
+    let samples: Vec<&[f32]> = with_state().map(|chain| chain.state.sample.as_slice()).collect();
+    if samples.is_empty() {
         return Ok(());
     }
-    let samples = old.iter().map(|(_, state)| state.sample.as_slice()).collect();
-    let (seen, counters) = trace(family, old.len(), Replayed { samples }, target, clock)?;
+    let (trail, record, counters) =
+        trace(family, samples.len(), Replayed { samples }, target, clock)?;
     result.counters.add(&counters);
-    result.counts.renewed_walks += old.len() as u64;
-    for ((chain, _), state) in old.into_iter().zip(seen) {
-        result.counts.lost_states += u64::from(state.is_none());
-        chain.state = state.map(Arc::new);
+    let seen = Seen { trail, record: &record };
+    let mut reader = seen.from_walk(0);
+    for (walk, chain) in (0..).zip(group.iter_mut().filter(|chain| chain.has_state())) {
+        result.counts.renewed_walks += 1;
+        if reader.is_seen(walk) {
+            reader.read(walk, &mut chain.state);
+        } else {
+            result.counts.lost_states += 1;
+            *chain = Chain::default();
+        }
     }
     Ok(())
 }
@@ -362,8 +378,9 @@ fn renew_group(
 fn replace(group: &mut [Chain], replaced: &[(usize, Arc<State>)], deposits: &mut Deposits) {
     for (chain, state) in replaced {
         let chain = &mut group[*chain];
-        chain.leave(deposits);
-        *chain = Chain { state: Some(state.clone()), repetitions: 0, is_fresh: true };
+        chain.settle(deposits);
+        chain.state.copy_from(state);
+        chain.is_fresh = true;
     }
 }
 
@@ -377,7 +394,7 @@ fn mutate_group(
     result: &mut GroupResult,
 ) -> SceneResult<()> {
     let mut mutants: Vec<&mut Chain> = Vec::new();
-    for chain in group.iter_mut().filter(|chain| chain.state.is_some()) {
+    for chain in group.iter_mut().filter(|chain| chain.has_state()) {
         chain.repetitions += 1;
         result.samples += 1;
         if !std::mem::take(&mut chain.is_fresh) {
@@ -391,24 +408,23 @@ fn mutate_group(
         Family::Surface => Purpose::SurfaceMutations,
         Family::Medium => Purpose::MediumMutations,
     };
-    let known: Vec<Arc<State>> = mutants.iter().filter_map(|chain| chain.state.clone()).collect();
     let numbers = Mutated {
-        samples: known.iter().map(|state| state.sample.as_slice()).collect(),
+        samples: mutants.iter().map(|chain| chain.state.sample.as_slice()).collect(),
         mutation: Mutation::of_size(size),
         rng: uniform::stream(clock.seed, purpose, clock.pass, clock.batch),
         scene: target.scene,
     };
-    let (seen, counters) = trace(family, mutants.len(), numbers, target, clock)?;
+    let (trail, record, counters) = trace(family, mutants.len(), numbers, target, clock)?;
     result.counters.add(&counters);
     result.counts.mutated_walks += mutants.len() as u64;
-    accept(mutants, seen, target.scene, result);
+    accept(mutants, &Seen { trail, record: &record }, target.scene, result);
     Ok(())
 }
 
-/// Chains, what became of their mutations, and room for what that leaves behind.
+/// Chains, from the walk on that the first of them has tried, and room for what they leave behind.
 struct Acceptance<'a, 'b> {
+    first: u32,
     chains: &'a mut [&'b mut Chain],
-    mutations: &'a mut [Option<State>],
     accepted: u64,
     deposits: Deposits,
 }
@@ -416,21 +432,20 @@ struct Acceptance<'a, 'b> {
 /// Gives chains the states of those of their mutations that were visible. The scene lends the threads that do it.
 fn accept(
     mut chains: Vec<&mut Chain>,
-    mut mutations: Vec<Option<State>>,
+    mutations: &Seen,
     scene: &dyn Scene,
     result: &mut GroupResult,
 ) {
     let places = result.deposits.places();
-    let pairs = chains.chunks_mut(CHAINS_PER_TASK).zip(mutations.chunks_mut(CHAINS_PER_TASK));
-    let mut tasks: Vec<Acceptance> = pairs
-        .map(|(chains, mutations)| Acceptance {
-            chains,
-            mutations,
-            accepted: 0,
-            deposits: Deposits::new(places),
-        })
-        .collect();
-    crew::for_each(scene, tasks.iter_mut().collect(), Acceptance::run);
+    let parts = (0..).step_by(CHAINS_PER_TASK).zip(chains.chunks_mut(CHAINS_PER_TASK));
+    let task = |(first, chains)| Acceptance {
+        first,
+        chains,
+        accepted: 0,
+        deposits: Deposits::new(places),
+    };
+    let mut tasks: Vec<Acceptance> = parts.map(task).collect();
+    crew::for_each(scene, tasks.iter_mut().collect(), |task| task.run(mutations));
     for task in tasks {
         result.counts.accepted_walks += task.accepted;
         result.deposits.append(task.deposits);
@@ -438,15 +453,17 @@ fn accept(
 }
 
 impl Acceptance<'_, '_> {
-    fn run(&mut self) {
-        for (chain, mutation) in self.chains.iter_mut().zip(&mut *self.mutations) {
-            let Some(state) = mutation.take() else { continue };
-            // This iteration is a sample of the new state.
-            chain.repetitions -= 1;
-            chain.leave(&mut self.deposits);
-            chain.state = Some(Arc::new(state));
-            chain.repetitions = 1;
-            self.accepted += 1;
+    fn run(&mut self, mutations: &Seen) {
+        let mut reader = mutations.from_walk(self.first);
+        for (walk, chain) in (self.first..).zip(&mut *self.chains) {
+            if reader.is_seen(walk) {
+                // This iteration is a sample of the new state.
+                chain.repetitions -= 1;
+                chain.settle(&mut self.deposits);
+                reader.read(walk, &mut chain.state);
+                chain.repetitions = 1;
+                self.accepted += 1;
+            }
         }
     }
 }

@@ -33,5 +33,5 @@ mod shooter;
 mod trails;
 
 pub use chains::{ChainCounts, Population};
-pub use mutation::{mutate, MutationSize};
+pub use mutation::{Mutation, MutationSize};
 pub use shooter::{ChainShooter, FamilyReport, Mode};

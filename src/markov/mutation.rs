@@ -1,11 +1,28 @@
 //! Small steps in primary sample space, and the size that finds itself.
 
+use crate::math::uniform::BELOW_ONE;
+
 /// Size of the first mutations. [Collin 2013 §6.1]
 const INITIAL_SIZE: f64 = 0.1;
 /// Share of the mutations that ought to be accepted. [Hachisuka 2011]
 const TARGET_ACCEPTANCE: f64 = 0.234;
 /// Below, a step is less than single precision resolves; above, the torus has no longer one.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-3..=1.0;
+
+/// Polynomials through Chebyshev nodes: `log2(1 + x) / x` for `x` in [0, 1] and `2^x` in [-1/2, 1/2].
+const LOG2: [f32; 7] = [
+    1.442_693_3,
+    -0.721_162_7,
+    0.477_705_93,
+    -0.339_247_76,
+    0.215_588_5,
+    -0.096_066_23,
+    0.020_490_34,
+];
+const EXP2: [f32; 6] =
+    [1.000_000_1, 0.693_147_2, 0.240_221_07, 0.055_503_27, 0.009_676_04, 0.001_340_04];
+/// 1.5 times 2 to the power of the bits behind the point.
+const ROUNDER: f32 = 12_582_912.0;
 
 /// Small steps of one size.
 #[derive(Debug, Clone, Copy)]
@@ -29,11 +46,8 @@ impl Mutation {
         // Between -1 and 2.
         let wrapped = if moved < 0.0 { moved + 1.0 } else { moved };
         // A tiny negative number has come to 1 in single precision.
-        if wrapped < 1.0 {
-            wrapped
-        } else {
-            wrapped - 1.0
-        }
+        let wrapped = if wrapped < 1.0 { wrapped } else { wrapped - 1.0 };
+        wrapped.clamp(0.0, BELOW_ONE)
     }
 }
 
@@ -44,20 +58,15 @@ fn power(xi: f32, exponent: f32) -> f32 {
     let bits = xi.to_bits();
     let octave = (bits >> 23) as i32 - 127;
     let above = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000) - 1.0;
-    // By interpolation at Chebyshev nodes, as are those below: log2(1 + x) / x in [0, 1], 2^x in [-1, 0].
-    let slope = polynomial(
-        above,
-        [1.442_693_3, -0.721_162_7, 0.477_705_93, -0.339_247_76, 0.215_588_5, -0.096_066_23, 0.020_490_34],
-    );
+    let slope = polynomial(above, LOG2);
     let log = (octave as f32 + above * slope) * exponent;
     // Below, all is less than single precision resolves.
     let log = log.clamp(-126.0, 0.0);
-    let whole = log as i32;
-    let part = polynomial(
-        log - whole as f32,
-        [1.0, 0.693_143_2, 0.240_179_49, 0.055_299_607, 0.009_210_876, 0.000_947_553_65],
-    );
-    part * f32::from_bits(((whole + 127) as u32) << 23)
+    // Numbers so large are whole: the sum is rounded to one, and its bits count up from ROUNDER's.
+    let rounded = log + ROUNDER;
+    let part = polynomial(log - (rounded - ROUNDER), EXP2);
+    let whole = rounded.to_bits().wrapping_sub(ROUNDER.to_bits());
+    part * f32::from_bits(whole.wrapping_add(127) << 23)
 }
 
 #[inline]
@@ -108,7 +117,10 @@ mod tests {
                 let xi = number as f32 / 2000.0;
                 let exact = f64::from(xi).powf(f64::from(exponent));
                 let off = (f64::from(power(xi, exponent)) - exact).abs();
-                assert!(off <= 1e-5 * f64::from(exponent) * exact + 1e-37, "{xi}^{exponent}: {off}");
+                assert!(
+                    off <= 1e-5 * f64::from(exponent) * exact + 1e-37,
+                    "{xi}^{exponent}: {off}"
+                );
             }
             assert!(power(0.0, exponent) <= 1e-30);
         }

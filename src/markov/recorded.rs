@@ -12,7 +12,7 @@ use std::ops::Range;
 /// Lanes whose numbers one task draws.
 const LANES_PER_TASK: usize = 2048;
 /// And those of which several steps are computed at once.
-const LANES_AT_ONCE: usize = 256;
+const LANES_AT_ONCE: usize = 64;
 
 /// The numbers that a walk has used: [`EMIT_DIMENSIONS`], then [`PHOTON_STEP_DIMENSIONS`] per step.
 pub type PrimarySample = Vec<f32>;
@@ -20,6 +20,12 @@ pub type PrimarySample = Vec<f32>;
 /// Keeps what another source gives.
 pub struct Recorded<N> {
     source: N,
+    record: Record,
+}
+
+/// The numbers of a batch of walks.
+#[derive(Default)]
+pub struct Record {
     emission: Vec<f32>,
     steps: Vec<Step>,
 }
@@ -31,36 +37,42 @@ struct Step {
 
 impl<N: Numbers> Recorded<N> {
     pub fn new(source: N) -> Self {
-        Recorded { source, emission: Vec::new(), steps: Vec::new() }
+        Recorded { source, record: Record::default() }
     }
 
+    /// What was kept.
+    pub fn into_record(self) -> Record {
+        self.record
+    }
+}
+
+impl Record {
     /// Reads numbers of one walk after another, from this one on.
-    pub fn from_walk(&self, first: u32) -> Reader<'_, N> {
+    pub fn from_walk(&self, first: u32) -> Reader<'_> {
         let lane_in = |step: &Step| step.walks.partition_point(|&walk| walk < first);
-        Reader { numbers: self, lanes: self.steps.iter().map(lane_in).collect() }
+        Reader { record: self, lanes: self.steps.iter().map(lane_in).collect() }
     }
 }
 
 /// Reads the numbers of walks in their order.
-pub struct Reader<'a, N> {
-    numbers: &'a Recorded<N>,
+pub struct Reader<'a> {
+    record: &'a Record,
     /// By step, the first lane that the next walk may have.
     lanes: Vec<usize>,
 }
 
-impl<N> Reader<'_, N> {
-    /// All numbers that a walk has used, which comes behind those that were asked for before.
-    pub fn of_walk(&mut self, walk: u32) -> PrimarySample {
-        let mut sample = Vec::with_capacity(EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * 8);
-        sample.extend(lane_of::<EMIT_DIMENSIONS>(&self.numbers.emission, walk as usize));
-        for (step, lane) in self.numbers.steps.iter().zip(&mut self.lanes) {
+impl Reader<'_> {
+    /// Replaces a sample by all numbers that a walk has used, which comes behind those that were asked for before.
+    pub fn read(&mut self, walk: u32, sample: &mut PrimarySample) {
+        sample.clear();
+        sample.extend(lane_of::<EMIT_DIMENSIONS>(&self.record.emission, walk as usize));
+        for (step, lane) in self.record.steps.iter().zip(&mut self.lanes) {
             *lane += step.walks[*lane..].iter().take_while(|&&other| other < walk).count();
             if step.walks.get(*lane) != Some(&walk) {
                 break;
             }
             sample.extend(lane_of::<PHOTON_STEP_DIMENSIONS>(&step.planes, *lane));
         }
-        sample
     }
 }
 
@@ -73,13 +85,13 @@ fn lane_of<const PLANES: usize>(planes: &[f32], lane: usize) -> [f32; PLANES] {
 impl<N: Numbers> Numbers for Recorded<N> {
     fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
         self.source.emission(walks, out);
-        self.emission.clone_from(out);
+        self.record.emission.clone_from(out);
     }
 
     fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
         self.source.steps(steps, alive, lanes, out);
         for planes in out.chunks_exact(PHOTON_STEP_DIMENSIONS * lanes) {
-            self.steps.push(Step { walks: alive.to_vec(), planes: planes.to_vec() });
+            self.record.steps.push(Step { walks: alive.to_vec(), planes: planes.to_vec() });
         }
     }
 }
@@ -134,22 +146,34 @@ struct Lanes<'a> {
     rng: Pcg64Mcg,
 }
 
-impl Lanes<'_> {
-    /// Mutates the number that is `known` for each lane, by its index in all, and plane; draws one where none is.
-    fn fill(mut self, mutation: Mutation, known: impl Fn(usize, usize) -> Option<f32>) {
-        let mut before = [f32::NAN; LANES_AT_ONCE];
-        for (number, plane) in self.planes.iter_mut().enumerate() {
-            for (part, first) in plane.chunks_mut(LANES_AT_ONCE).zip((self.first..).step_by(LANES_AT_ONCE)) {
-                uniform::fill_all(&mut self.rng, part);
-                for (lane, before) in (first..).zip(&mut before[..part.len()]) {
-                    *before = known(lane, number).unwrap_or(f32::NAN);
+impl<'a> Lanes<'_> {
+    /// Mutates the numbers that are `known` for each lane, by its index in all, one for each plane; draws those that are not.
+    fn fill(mut self, mutation: Mutation, known: impl Fn(usize) -> &'a [f32]) {
+        let lanes = self.planes.first().map_or(0, |plane| plane.len());
+        let (mut numbers, mut before) = ([[].as_slice(); LANES_AT_ONCE], [0.0; LANES_AT_ONCE]);
+        for start in (0..lanes).step_by(LANES_AT_ONCE) {
+            let end = lanes.min(start + LANES_AT_ONCE);
+            for (lane, numbers) in (self.first + start..self.first + end).zip(&mut numbers) {
+                *numbers = known(lane);
+            }
+            for (number, plane) in self.planes.iter_mut().enumerate() {
+                // Side by side, so that none waits for another's memory.
+                for (before, numbers) in before.iter_mut().zip(&numbers) {
+                    *before = numbers.get(number).copied().unwrap_or(f32::NAN);
                 }
-                for (drawn, &before) in part.iter_mut().zip(&before) {
-                    let mutated = mutation.of(before, *drawn);
-                    *drawn = if before.is_nan() { *drawn } else { mutated };
-                }
+                let drawn = &mut plane[start..end];
+                uniform::fill_all(&mut self.rng, drawn);
+                mutate_all(mutation, &before, drawn);
             }
         }
+    }
+}
+
+/// Replaces uniform numbers by mutations of those that are known, which the others are not a number.
+fn mutate_all(mutation: Mutation, known: &[f32; LANES_AT_ONCE], drawn: &mut [f32]) {
+    for (drawn, &known) in drawn.iter_mut().zip(known) {
+        let mutated = mutation.of(known, *drawn);
+        *drawn = if known.is_nan() { *drawn } else { mutated };
     }
 }
 
@@ -170,7 +194,7 @@ impl Numbers for Mutated<'_> {
         assert_eq!(walks, self.samples.len());
         out.resize(EMIT_DIMENSIONS * walks, 0.0);
         let (samples, mutation) = (&self.samples, self.mutation);
-        let known = |walk: usize, dimension: usize| Some(samples[walk][dimension]);
+        let known = |walk: usize| samples[walk];
         crew::for_each(self.scene, cut(out, walks, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
@@ -184,9 +208,7 @@ impl Numbers for Mutated<'_> {
         out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
         let (samples, mutation) = (&self.samples, self.mutation);
         let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * steps.start;
-        let known = |lane: usize, number: usize| {
-            samples[alive[lane] as usize].get(first + number).copied()
-        };
+        let known = |lane: usize| samples[alive[lane] as usize].get(first..).unwrap_or_default();
         crew::for_each(self.scene, cut(out, lanes, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });

@@ -3,7 +3,7 @@
 use super::batches::batching;
 use super::chains::{ChainCounts, Clock, Population, State};
 use super::recorded::Recorded;
-use super::trails::Trails;
+use super::trails::{Seen, Trails};
 use crate::math::uniform::{self, Purpose};
 use crate::plan::Steering;
 use crate::scene::{Batch, SceneResult};
@@ -238,7 +238,8 @@ impl ChainShooter {
         sums.drain(&mut splat, 1.0 / counters.uniform_walks as f64);
         for (family, population) in self.in_use() {
             let visible = counters.visible_walks[family];
-            population.end_pass(share(visible, counters.uniform_walks), sums);
+            let visible_share = share(visible, counters.uniform_walks);
+            population.end_pass(target.scene, visible_share, sums);
         }
         Ok(counters)
     }
@@ -335,7 +336,7 @@ impl ChainShooter {
             sums.mutated.add(&population.iterate(offered, &mut dice, target, clock)?);
         }
         let deposits: Vec<Deposits> = offers.into_iter().map(|offer| offer.splat).collect();
-        sums.splat.add(&deposits, 1.0);
+        sums.splat.add(target.scene, &deposits, 1.0);
         Ok(())
     }
 
@@ -363,11 +364,13 @@ impl ChainShooter {
         let sink = || Trails::new(has_chains, places);
         let (mut trails, mut counters) =
             target.shoot(batch.lanes, &mut numbers, &mut tables, wanted, sink)?;
+        let record = &numbers.into_record();
         let states = PerFamily::from_fn(|family| -> Vec<(u64, State)> {
             if !has_chains[family] {
                 return Vec::new();
             }
-            let states = trails.take(family, batch.lanes).states(&numbers, target.scene);
+            let seen = Seen { trail: trails.take(family, batch.lanes), record };
+            let states = seen.states(target.scene);
             (batch.first..).zip(states).filter_map(|(walk, state)| Some((walk, state?))).collect()
         });
         let splat = trails.into_splat();

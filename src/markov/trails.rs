@@ -1,12 +1,11 @@
 //! Deposits kept by walk, for as long as a chain may have to repeat them.
 
 use super::chains::State;
-use super::recorded::Recorded;
+use super::recorded::{Reader, Record};
 use crate::crew;
 use crate::math::Rgb;
 use crate::scene::Scene;
 use crate::transport::deposits::{Deposit, Sink};
-use crate::transport::numbers::Numbers;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::splat::Splat;
 
@@ -66,26 +65,53 @@ impl Trail {
         let begin = walk.checked_sub(1).map_or(0, |before| self.ends[before as usize]);
         &self.deposits[begin as usize..self.ends[walk as usize] as usize]
     }
+}
+
+/// What walks of a batch added in one family, and the numbers that they used.
+pub struct Seen<'a> {
+    pub trail: Trail,
+    pub record: &'a Record,
+}
+
+impl Seen<'_> {
+    /// Reads the states of one walk after another, from this one on.
+    pub fn from_walk(&self, first: u32) -> StateReader<'_> {
+        StateReader { trail: &self.trail, numbers: self.record.from_walk(first) }
+    }
 
     /// By walk, the states of those that added something. The scene lends the threads that make them.
-    pub fn states(
-        &self,
-        numbers: &Recorded<impl Numbers + Sync>,
-        scene: &dyn Scene,
-    ) -> Vec<Option<State>> {
-        let mut states = vec![None; self.ends.len()];
+    pub fn states(&self, scene: &dyn Scene) -> Vec<Option<State>> {
+        let mut states = vec![None; self.trail.ends.len()];
         let tasks = (0..).step_by(STATES_PER_TASK).zip(states.chunks_mut(STATES_PER_TASK));
         crew::for_each(scene, tasks.collect(), |(first, states): (u32, &mut [Option<State>])| {
-            let mut numbers = numbers.from_walk(first);
+            let mut reader = self.from_walk(first);
             for (walk, state) in (first..).zip(states) {
-                let deposits = self.of(walk);
-                if !deposits.is_empty() {
-                    let sample = numbers.of_walk(walk);
-                    *state = Some(State { sample, deposits: deposits.to_vec() });
+                if reader.is_seen(walk) {
+                    reader.read(walk, state.get_or_insert_default());
                 }
             }
         });
         states
+    }
+}
+
+/// Reads the states of walks in their order.
+pub struct StateReader<'a> {
+    trail: &'a Trail,
+    numbers: Reader<'a>,
+}
+
+impl StateReader<'_> {
+    /// Whether a walk added something.
+    pub fn is_seen(&self, walk: u32) -> bool {
+        !self.trail.of(walk).is_empty()
+    }
+
+    /// Replaces a state by that of a walk which comes behind those that were read before.
+    pub fn read(&mut self, walk: u32, state: &mut State) {
+        self.numbers.read(walk, &mut state.sample);
+        state.deposits.clear();
+        state.deposits.extend_from_slice(self.trail.of(walk));
     }
 }
 

@@ -214,8 +214,7 @@ impl<'a> Connector<'a> {
             return Ok(Vec::new());
         }
         let density = self.glossy_chains.then(Vec::new);
-        let (mut numbers, mut light) =
-            (Vec::new(), LampLight { density, ..LampLight::default() });
+        let (mut numbers, mut light) = (Vec::new(), LampLight { density, ..LampLight::default() });
         uniform::fill(rng, &mut numbers, LAMP_DIMENSIONS * lanes);
         for (sample, number) in samples.zip(&mut numbers[..lanes]) {
             *number = stratified(sample % self.samples, self.samples, *number);

@@ -1,7 +1,9 @@
 //! What photons add to pixels, in an order that does not depend on the number of threads.
 
 use super::photon::Family;
+use crate::crew;
 use crate::math::Rgb;
+use crate::scene::Scene;
 use rayon::prelude::*;
 
 /// Pixels are added up in this many independent shares, so that the order of additions within a pixel
@@ -187,8 +189,8 @@ impl PixelSums {
         }
     }
 
-    /// Adds batches in their order, each pixel by one task.
-    pub fn add(&mut self, batches: &[Deposits], scale: f64) {
+    /// Adds batches in their order, each pixel by one task. The scene lends the threads that do it.
+    pub fn add(&mut self, scene: &dyn Scene, batches: &[Deposits], scale: f64) {
         let Some(first) = batches.first() else { return };
         let pixels = 1 << first.share_bits;
         let add = |(share, sums): (usize, &mut [[f64; 4]])| {
@@ -203,9 +205,10 @@ impl PixelSums {
         if batches.iter().map(Deposits::count).sum::<usize>() < ADDED_ALONE {
             self.sums.chunks_mut(pixels).enumerate().for_each(add);
         } else {
-            self.sums.par_chunks_mut(pixels).enumerate().for_each(add);
+            crew::for_each(scene, self.sums.chunks_mut(pixels).enumerate().collect(), add);
         }
-        self.counts.par_chunks_mut(pixels).enumerate().for_each(|(share, counts)| {
+        let counts = self.counts.chunks_mut(pixels).enumerate().collect();
+        crew::for_each(scene, counts, |(share, counts): (usize, &mut [u64])| {
             for deposit in batches.iter().flat_map(|batch| batch.of_share(share)) {
                 counts[deposit.pixel as usize - share * pixels] += 1;
             }

@@ -104,7 +104,7 @@ impl UniformShooter {
                 deposits.push(splat.deposits);
             }
             // [Collin 2013 (2), (3)]: the sum over photons divided by the number of emitted walks.
-            sums.add(&deposits, 1.0 / walks as f64);
+            sums.add(target.scene, &deposits, 1.0 / walks as f64);
             self.plan_round(&deposits);
         }
         counters.uniform_walks = counters.walks;

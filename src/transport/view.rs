@@ -159,8 +159,7 @@ pub fn trace_aimed(
     let aimed = (0..lanes).filter_map(|lane| {
         let place = [found[lane], found[lanes + lane]];
         let [x, y] = [0, 1].map(|axis: usize| place[axis] - film_offset[axis] as f32);
-        let is_on_film =
-            x >= 0.0 && y >= 0.0 && x < film_size[0] as f32 && y < film_size[1] as f32;
+        let is_on_film = x >= 0.0 && y >= 0.0 && x < film_size[0] as f32 && y < film_size[1] as f32;
         is_on_film.then(|| (y as u32 * film_size[0] + x as u32, place))
     });
     let (pixels, places): (Vec<u32>, Vec<[f32; 2]>) = aimed.unzip();

@@ -156,6 +156,7 @@ impl<'a> Lanes<'_> {
             for (lane, numbers) in (self.first + start..self.first + end).zip(&mut numbers) {
                 *numbers = known(lane);
             }
+            let longest = numbers.iter().map(|numbers| numbers.len()).max().unwrap_or_default();
             for (number, plane) in self.planes.iter_mut().enumerate() {
                 // Side by side, so that none waits for another's memory.
                 for (before, numbers) in before.iter_mut().zip(&numbers) {
@@ -163,7 +164,9 @@ impl<'a> Lanes<'_> {
                 }
                 let drawn = &mut plane[start..end];
                 uniform::fill_all(&mut self.rng, drawn);
-                mutate_all(mutation, &before, drawn);
+                if number < longest {
+                    mutate_all(mutation, &before, drawn);
+                }
             }
         }
     }

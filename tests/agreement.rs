@@ -65,6 +65,7 @@ const FAST_LLVM: [&str; 2] = ["ball_rayleigh", "room_diffuse"];
 const FAST_METHODS: [&str; 1] = ["ppt"];
 const FAST_METHODS_OF_VARIANTS: [&str; 1] = ["ppt_fast"];
 const FAST_CONNECTIONS_SCENES: [&str; 2] = ["smoke_spot", "room_diffuse"];
+const FAST_GLOSSY_SCENES: [&str; 1] = ["glossy_lamps"];
 const FAST_BEAMS_SCENES: [&str; 2] = ["ball_rayleigh", "lamp_in_ball"];
 const FAST_OTHERS: [&str; 5] = ["ppbt", "ppt_metro", "ppbt_metro", "apa", "ppb"];
 const FAST_OTHERS_SCENE: [&str; 1] = ["ball_rayleigh"];
@@ -88,6 +89,13 @@ fn connections_agree_in_scalar_rgb() {
         &cases(&FAST_CONNECTIONS_SCENES),
         &methods(&["ppt_connections", "ppt_fast"]),
     );
+    assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
+}
+
+/// Rays follow sharp lobes there, and lamps are without extent, small, or behind glass.
+#[test]
+fn glossy_surfaces_agree_as_they_are_by_default_in_scalar_rgb() {
+    let table = judge("scalar_rgb", &cases(&FAST_GLOSSY_SCENES), &methods(&["ppt_fast"]));
     assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
 }
 

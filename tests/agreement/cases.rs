@@ -128,7 +128,7 @@ pub const TABLE: [Case; 29] = [
     case("glass_ball", 120_000, 0.045, 0.045),
     room("glass_in_fog", 27_000, 0.04, 0.05),
     case("glossy_constant", 145_000, 0.045, 0.045),
-    case("glossy_lamps", 60_000, 0.03, 0.03),
+    case("glossy_lamps", 110_000, 0.03, 0.03),
     case("glossy_under_glass", 120_000, 0.03, 0.03),
     room("hidden_lamp", 11_000, 0.036, 0.036),
     case("instances_sunsky", 155_000, 0.028, 0.028),

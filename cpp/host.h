@@ -237,7 +237,7 @@ private:
         return camera ? .5f * (camera->near_clip() + camera->far_clip()) : 1.f;
     }
 
-    // Not a number where the lamp has no extent or shines elsewhere.
+    // Not a number where the lamp has no extent.
     Interaction3f place_on_lamp(const Float &lamp, const Point2f &place) const {
         Interaction3f eye = dr::zeros<Interaction3f>(dr::width(lamp));
         eye.p = m_sensor->world_transform() * Point3f(0.f);
@@ -245,11 +245,17 @@ private:
         eye.wavelengths = m_band.wavelengths(dr::width(lamp));
         auto [emitter, inverse_probability, again] = m_tables.lamps().choose(lamp, true);
         UInt32 flags = emitter->flags(true);
-        Mask extends = !has_flag(flags, EmitterFlags::Delta), sky = has_flag(flags, EmitterFlags::Infinite);
-        auto [ds, value] = emitter->sample_direction(eye, place, extends);
-        extends &= ds.pdf > 0.f && dr::any(unpolarized_spectrum(value) != 0.f);
+        Mask extends = !has_flag(flags, EmitterFlags::Delta), sky = extends && has_flag(flags, EmitterFlags::Infinite),
+             surface = extends && !sky;
         Interaction3f out = eye;
-        out.p = dr::select(extends, dr::select(sky, Point3f(eye.p + ds.d * sky_distance()), ds.p), Point3f(dr::NaN<Float>));
+        out.p = Point3f(dr::NaN<Float>);
+        if (dr::any_or<true>(sky)) {
+            auto [ds, value] = emitter->sample_direction(eye, place, sky);
+            dr::masked(out.p, sky) = eye.p + ds.d * sky_distance();
+        }
+        // By area: what lies behind is seen at the same places, and Mitsuba's directions to spheres fail where those are small.
+        if (dr::any_or<true>(surface))
+            dr::masked(out.p, surface) = emitter->sample_position(eye.time, place, surface).first.p;
         return out;
     }
 

@@ -195,7 +195,7 @@ impl<'a> Trial<'a> {
 }
 
 /// The same photons with the radii of the first pass, and all that the default preset adds to them.
-fn by_default(parameters: &Parameters) -> Parameters {
+pub(super) fn by_default(parameters: &Parameters) -> Parameters {
     let Parameters { connections, emission_rays, glossy_chains, guided_emission, .. } =
         Preset::Fast.parameters();
     let passes = parameters.passes * FAST_PASSES;

@@ -362,7 +362,7 @@ fn renew_group(
         trace(family, samples.len(), Replayed { samples }, target, clock)?;
     result.counters.add(&counters);
     let seen = Seen { trail, record: &record };
-    let mut reader = seen.from_walk(0);
+    let mut reader = seen.reader_at(0);
     for (walk, chain) in (0..).zip(group.iter_mut().filter(|chain| chain.has_state())) {
         result.counts.renewed_walks += 1;
         if reader.is_seen(walk) {
@@ -454,7 +454,7 @@ fn accept(
 
 impl Acceptance<'_, '_> {
     fn run(&mut self, mutations: &Seen) {
-        let mut reader = mutations.from_walk(self.first);
+        let mut reader = mutations.reader_at(self.first);
         for (walk, chain) in (self.first..).zip(&mut *self.chains) {
             if reader.is_seen(walk) {
                 // This iteration is a sample of the new state.

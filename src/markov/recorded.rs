@@ -48,7 +48,7 @@ impl<N: Numbers> Recorded<N> {
 
 impl Record {
     /// Reads numbers of one walk after another, from this one on.
-    pub fn from_walk(&self, first: u32) -> Reader<'_> {
+    pub fn reader_at(&self, first: u32) -> Reader<'_> {
         let lane_in = |step: &Step| step.walks.partition_point(|&walk| walk < first);
         Reader { record: self, lanes: self.steps.iter().map(lane_in).collect() }
     }

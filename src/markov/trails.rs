@@ -75,8 +75,8 @@ pub struct Seen<'a> {
 
 impl Seen<'_> {
     /// Reads the states of one walk after another, from this one on.
-    pub fn from_walk(&self, first: u32) -> StateReader<'_> {
-        StateReader { trail: &self.trail, numbers: self.record.from_walk(first) }
+    pub fn reader_at(&self, first: u32) -> StateReader<'_> {
+        StateReader { trail: &self.trail, numbers: self.record.reader_at(first) }
     }
 
     /// By walk, the states of those that added something. The scene lends the threads that make them.
@@ -84,7 +84,7 @@ impl Seen<'_> {
         let mut states = vec![None; self.trail.ends.len()];
         let tasks = (0..).step_by(STATES_PER_TASK).zip(states.chunks_mut(STATES_PER_TASK));
         crew::for_each(scene, tasks.collect(), |(first, states): (u32, &mut [Option<State>])| {
-            let mut reader = self.from_walk(first);
+            let mut reader = self.reader_at(first);
             for (walk, state) in (first..).zip(states) {
                 if reader.is_seen(walk) {
                     reader.read(walk, state.get_or_insert_default());

@@ -42,7 +42,7 @@ impl Mutation {
 }
 
 /// `xi^exponent` for `xi` in [0, 1) and exponents above 1, within 1e-4 times the exponent. A chain asks of its steps that those up are
-/// as likely as those down, whatever their lengths; this takes a tenth of the time of the exact power, several at once.
+/// as likely as those down, whatever their lengths, and this is computed for several at once.
 #[inline]
 fn power(xi: f32, exponent: f32) -> f32 {
     let bits = xi.to_bits();

@@ -40,6 +40,10 @@ trait Kind {
     type Pair: Copy;
     fn photons(&self) -> &[Self::Photon];
     fn place(&self, stage: &Stage, photon: &Self::Photon) -> u32;
+    /// Whether it is worth a place in the order of photons.
+    fn may_find(&self, _: &Stage, _: &Self::Photon) -> bool {
+        true
+    }
     fn search(&self, stage: &Stage, photon: &Self::Photon, visit: impl FnMut(Self::Pair));
     fn add(&self, stage: &Stage, photon: &Self::Photon, pair: Self::Pair, out: &mut Out);
 }
@@ -80,6 +84,11 @@ impl Kind for PointsOnPoints<'_> {
 
     fn place(&self, stage: &Stage, photon: &SurfacePhoton) -> u32 {
         stage.receivers.place_among_points(photon.position)
+    }
+
+    fn may_find(&self, stage: &Stage, photon: &SurfacePhoton) -> bool {
+        let radius = stage.pairs.radii.surface;
+        stage.receivers.point_tree.may_find(photon.position, radius)
     }
 
     fn search(&self, stage: &Stage, photon: &SurfacePhoton, mut visit: impl FnMut(Self::Pair)) {
@@ -124,6 +133,7 @@ fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: 
     let in_order = || {
         let mut order: Vec<u64> = (0..)
             .zip(kind.photons())
+            .filter(|(_, photon)| kind.may_find(stage, photon))
             .map(|(index, photon)| u64::from(kind.place(stage, photon)) << 32 | index)
             .collect();
         order.sort_unstable();

@@ -421,6 +421,8 @@ fn check_points(points: &[Vec3], places: &[Vec3], radii: &[f32]) -> usize {
             let squared = |(index, q): (u32, &Vec3)| (index, q.distance_squared(p).to_bits());
             let expected: Vec<_> = (0..).zip(points).filter(near).map(squared).collect();
             assert_eq!(found, expected, "place {p}, radius {radius}");
+            let is_left_out = !expected.is_empty() && !tree.may_find(p, radius);
+            assert!(!is_left_out, "place {p}, radius {radius}: nothing may be found");
             count += expected.len();
             let mut in_order = Vec::new();
             sorted

@@ -97,9 +97,12 @@ mod tests {
         EmissionSamples { pixels, radiance, ..EmissionSamples::default() }
     }
 
+    fn lit(pixel: usize) -> Rgb {
+        Rgb::splat(if pixel % 20 < 10 { 0.0 } else { 5.0 })
+    }
+
     fn half_lit() -> EmissionRays {
         let mut rays = EmissionRays::new([20, 10]);
-        let lit = |pixel: usize| Rgb::splat(if pixel % 20 < 10 { 0.0 } else { 5.0 });
         rays.note(&one_per_pixel(lit));
         rays
     }
@@ -138,7 +141,7 @@ mod tests {
     #[test]
     fn what_is_brighter_by_far_gets_half() {
         let mut rays = half_lit();
-        let lamp = |pixel: usize| Rgb::splat(if pixel == 105 { 5e3 } else { 0.0 });
+        let lamp = |pixel: usize| if pixel == 105 { Rgb::splat(5e3) } else { lit(pixel) };
         rays.note(&one_per_pixel(lamp));
         let pixels = rays.pixels(1.0);
         let on_lamp = pixels.iter().filter(|&&pixel| pixel == 105).count();

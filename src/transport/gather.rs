@@ -118,10 +118,16 @@ impl Gathering<'_> {
     /// memory, and what one photon has brought to the cache the next ones find there.
     pub fn lanes<S: Sink>(&self, v: &PhotonVertices, lanes: Range<usize>, out: &mut Gathered<S>) {
         let (mut collisions, mut landings) = (Vec::new(), Vec::new());
+        let points = &self.target.receivers.point_tree;
         for lane in lanes {
             match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
                 Event::Medium(p) if self.asks(&p) => collisions.push(p),
-                Event::Surface(p) if self.wanted.surface => landings.push(p),
+                Event::Surface(p) if self.wanted.surface => {
+                    out.counters.surface_photons += 1;
+                    if points.may_find(p.position, self.pairs.radii.surface) {
+                        landings.push(p);
+                    }
+                }
                 _ => {}
             }
         }
@@ -151,7 +157,6 @@ impl Gathering<'_> {
     }
 
     fn landing<S: Sink>(&self, p: &SurfacePhoton, out: &mut Gathered<S>) {
-        out.counters.surface_photons += 1;
         let (tree, radius) = (&self.target.receivers.point_tree, self.pairs.radii.surface);
         tree.query_places(p.position, radius, |index, position, d2| {
             let point = &self.pairs.paths.points[index as usize];

@@ -1,6 +1,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::vicinity::Vicinity;
 use super::{bucket_start, Bucket, Plane, ViewPointTree, BUCKET_SIZE};
 use crate::math::Aabb;
 
@@ -37,6 +38,7 @@ impl ViewPointTree {
         Self {
             planes,
             levels,
+            vicinity: Vicinity::of(kept.iter().map(|point| point.position)),
             non_finite: points.len() - kept.len(),
             buckets: (0..1 << levels).map(bucket).collect(),
             count: kept.len(),

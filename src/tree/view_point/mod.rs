@@ -7,9 +7,11 @@
 mod build;
 mod query;
 mod validate;
+mod vicinity;
 
 use crate::tree::heap_bytes;
 use glam::Vec3;
+use vicinity::Vicinity;
 
 /// A kd-tree over points that finds those within a radius of a place.
 ///
@@ -25,6 +27,7 @@ pub struct ViewPointTree {
     /// The index of each point in the order of the buckets; empty once it was taken.
     order: Vec<u32>,
     levels: u32,
+    vicinity: Vicinity,
     non_finite: usize,
 }
 
@@ -46,7 +49,8 @@ impl ViewPointTree {
 
     /// Bytes on the heap.
     pub fn memory_bytes(&self) -> usize {
-        heap_bytes(&self.planes) + heap_bytes(&self.buckets) + heap_bytes(&self.order)
+        let tree = heap_bytes(&self.planes) + heap_bytes(&self.buckets) + heap_bytes(&self.order);
+        tree + self.vicinity.memory_bytes()
     }
 
     /// Hands out the indices of the points in the order of the buckets. From now on points are numbered in that order: an

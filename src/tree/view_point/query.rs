@@ -14,6 +14,12 @@ impl ViewPointTree {
         self.query_places(p, radius, |index, _, distance_squared| visit(index, distance_squared));
     }
 
+    /// Whether [`ViewPointTree::query`] may find anything: asked beforehand, it spares a place in the order of photons.
+    #[inline]
+    pub fn may_find(&self, p: Vec3, radius: f32) -> bool {
+        self.vicinity.may_hold(p, radius)
+    }
+
     /// As [`ViewPointTree::query`], with `visit(index, position, distance_squared)`.
     #[inline]
     pub fn query_places(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, Vec3, f32)) {

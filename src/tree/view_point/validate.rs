@@ -38,7 +38,9 @@ impl ViewPointTree {
         for lane in 0..BUCKET_SIZE {
             let point = self.buckets[bucket].position(lane);
             let belongs = if lane < count {
-                point.is_finite() && cell.is_within_reach(point, 0.0)
+                point.is_finite()
+                    && cell.is_within_reach(point, 0.0)
+                    && self.may_find(point, f32::MIN_POSITIVE)
             } else {
                 point.is_nan()
             };

@@ -156,16 +156,17 @@ impl<'a> Lanes<'_> {
             for (lane, numbers) in (self.first + start..self.first + end).zip(&mut numbers) {
                 *numbers = known(lane);
             }
+            for lane in start..end {
+                self.planes.iter_mut().for_each(|plane| plane[lane] = uniform::next(&mut self.rng));
+            }
             let longest = numbers.iter().map(|numbers| numbers.len()).max().unwrap_or_default();
             for (number, plane) in self.planes.iter_mut().enumerate() {
                 // Side by side, so that none waits for another's memory.
                 for (before, numbers) in before.iter_mut().zip(&numbers) {
                     *before = numbers.get(number).copied().unwrap_or(f32::NAN);
                 }
-                let drawn = &mut plane[start..end];
-                uniform::fill_all(&mut self.rng, drawn);
                 if number < longest {
-                    mutate_all(mutation, &before, drawn);
+                    mutate_all(mutation, &before, &mut plane[start..end]);
                 }
             }
         }
@@ -198,11 +199,12 @@ impl Numbers for Mutated<'_> {
         out.resize(EMIT_DIMENSIONS * walks, 0.0);
         let (samples, mutation) = (&self.samples, self.mutation);
         let known = |walk: usize| samples[walk];
-        crew::for_each(self.scene, cut(out, walks, &mut self.rng), |lanes| {
+        // The seed, which comes last, names a stream of hashes: a neighbour of it has nothing in common with it.
+        let (mutated, seeds) = out.split_at_mut(EMIT_SEED * walks);
+        crew::for_each(self.scene, cut(mutated, walks, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
-        // The seed names a stream of hashes: a neighbour of it has nothing in common with it.
-        for (seed, sample) in out[EMIT_SEED * walks..].iter_mut().zip(samples) {
+        for (seed, sample) in seeds.iter_mut().zip(samples) {
             *seed = sample[EMIT_SEED];
         }
     }

@@ -1,7 +1,7 @@
 //! Uniform numbers for batches: one independent stream per (seed, purpose, pass, batch), so that a
 //! result does not depend on which thread draws it.
 
-use rand::{Rng, RngCore, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// The largest number that may be drawn.
@@ -43,19 +43,7 @@ pub fn stream(seed: u64, purpose: Purpose, pass: u64, batch: u64) -> Pcg64Mcg {
 /// Fills a buffer with numbers in [0,1).
 pub fn fill(rng: &mut Pcg64Mcg, numbers: &mut Vec<f32>, count: usize) {
     numbers.resize(count, 0.0);
-    fill_all(rng, numbers);
-}
-
-/// Fills a slice with numbers in [0,1), two from each draw: they have 24 bits, and a draw has 64.
-pub fn fill_all(rng: &mut Pcg64Mcg, numbers: &mut [f32]) {
-    let number = |bits: u32| (bits >> 8) as f32 * (1.0 / (1 << 24) as f32);
-    let mut pairs = numbers.chunks_exact_mut(2);
-    for pair in &mut pairs {
-        let bits = rng.next_u64();
-        pair[0] = number((bits >> 32) as u32);
-        pair[1] = number(bits as u32);
-    }
-    pairs.into_remainder().fill_with(|| next(rng));
+    rng.fill(numbers.as_mut_slice());
 }
 
 /// The next number in [0,1).

@@ -1,6 +1,7 @@
 // Mitsuba behind the engine's C ABI: a table of callbacks over one scene and one sensor.
 #pragma once
 
+#include "aim.h"
 #include "lamp_light.h"
 #include "photon_walk.h"
 #include "view_walk.h"
@@ -14,7 +15,7 @@ namespace vpt {
 
 template <typename Float, typename Spectrum> class Host {
 public:
-    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, MediumPtr, EmitterPtr, BSDF, BSDFPtr, PhaseFunctionContext,
+    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, MediumPtr, BSDF, BSDFPtr, PhaseFunctionContext,
                     ShapePtr)
     using View = ViewWalk<Float, Spectrum>;
     using Photons = PhotonWalk<Float, Spectrum>;
@@ -168,9 +169,9 @@ public:
         writer.flush();
     }
 
-    // By places that lamps sample as seen from the sensor's middle.
     void aim(uint32_t n, const float *numbers, float *film) {
-        if (!can_aim()) {
+        Aim<Float, Spectrum> aim(m_sensor, m_tables, m_band);
+        if (!aim.is_possible()) {
             std::fill_n(film, 2 * n, dr::NaN<float>);
             return;
         }
@@ -179,7 +180,7 @@ public:
             Float lamp = read<Float>(numbers, n, e);
             Point2f place(read<Float>(numbers + n, n, e), read<Float>(numbers + 2 * n, n, e));
             m_tables.run({ "aim" }, dr::tie(lamp, place, m_band), dr::tie(writer), [&] {
-                Point2f seen = seen_at(place_on_lamp(lamp, place));
+                Point2f seen = aim.sample(lamp, place);
                 writer.put(film, e, seen.x());
                 writer.put(film + n, e, seen.y());
             });
@@ -217,53 +218,6 @@ private:
         for (const auto &shape : m_scene->shapes())
             materials.insert(shape->bsdf());
         return (1u << 15) * std::clamp<uint32_t>((uint32_t) materials.size() / 8u, 1u, 8u);
-    }
-
-    // Whether the sensor tells where a place is seen.
-    bool can_aim() const {
-        Interaction3f somewhere = dr::zeros<Interaction3f>();
-        somewhere.wavelengths = m_band.wavelengths(1);
-        try {
-            m_sensor->sample_direction(somewhere, Point2f(.5f), true);
-            return true;
-        } catch (const std::exception &) { // Mitsuba has no other way to say that it is not implemented
-            return false;
-        }
-    }
-
-    // Between the planes that cut off what a camera sees.
-    float sky_distance() const {
-        auto *camera = dynamic_cast<const ProjectiveCamera<Float, Spectrum> *>(m_sensor);
-        return camera ? .5f * (camera->near_clip() + camera->far_clip()) : 1.f;
-    }
-
-    // Not a number where the lamp has no extent.
-    Interaction3f place_on_lamp(const Float &lamp, const Point2f &place) const {
-        Interaction3f eye = dr::zeros<Interaction3f>(dr::width(lamp));
-        eye.p = m_sensor->world_transform() * Point3f(0.f);
-        eye.time = m_sensor->shutter_open();
-        eye.wavelengths = m_band.wavelengths(dr::width(lamp));
-        auto [emitter, inverse_probability, again] = m_tables.lamps().choose(lamp, true);
-        UInt32 flags = emitter->flags(true);
-        Mask extends = !has_flag(flags, EmitterFlags::Delta), sky = extends && has_flag(flags, EmitterFlags::Infinite),
-             surface = extends && !sky;
-        Interaction3f out = eye;
-        out.p = Point3f(dr::NaN<Float>);
-        if (dr::any_or<true>(sky)) {
-            auto [ds, value] = emitter->sample_direction(eye, place, sky);
-            dr::masked(out.p, sky) = eye.p + ds.d * sky_distance();
-        }
-        // By area: what lies behind is seen at the same places, and Mitsuba's directions to spheres fail where those are small.
-        if (dr::any_or<true>(surface))
-            dr::masked(out.p, surface) = emitter->sample_position(eye.time, place, surface).first.p;
-        return out;
-    }
-
-    // Where on the film a place is seen. Not a number of what lies beside it.
-    Point2f seen_at(const Interaction3f &place) const {
-        auto [ds, importance] = m_sensor->sample_direction(place, Point2f(.5f), true);
-        Mask on_film = ds.pdf > 0.f && dr::all(dr::isfinite(ds.uv));
-        return dr::select(on_film, ds.uv + ScalarVector2f(m_sensor->film()->crop_offset()), Point2f(dr::NaN<Float>));
     }
 
     // One of sigma_s, sigma_n and sigma_t.

@@ -92,7 +92,7 @@ fn connections_agree_in_scalar_rgb() {
     assert!(table.faults().is_empty(), "\n{}", table.faults().join("\n"));
 }
 
-/// Rays follow sharp lobes there, and lamps are without extent, small, or behind glass.
+/// Rays follow sharp lobes there, and lamps are small or without extent.
 #[test]
 fn glossy_surfaces_agree_as_they_are_by_default_in_scalar_rgb() {
     let table = judge("scalar_rgb", &cases(&FAST_GLOSSY_SCENES), &methods(&["ppt_fast"]));

@@ -160,14 +160,12 @@ impl<'a> Lanes<'_> {
                 self.planes.iter_mut().for_each(|plane| plane[lane] = uniform::next(&mut self.rng));
             }
             let longest = numbers.iter().map(|numbers| numbers.len()).max().unwrap_or_default();
-            for (number, plane) in self.planes.iter_mut().enumerate() {
+            for (number, plane) in self.planes.iter_mut().enumerate().take(longest) {
                 // Side by side, so that none waits for another's memory.
                 for (before, numbers) in before.iter_mut().zip(&numbers) {
                     *before = numbers.get(number).copied().unwrap_or(f32::NAN);
                 }
-                if number < longest {
-                    mutate_all(mutation, &before, &mut plane[start..end]);
-                }
+                mutate_all(mutation, &before, &mut plane[start..end]);
             }
         }
     }

@@ -4,6 +4,8 @@
 #include "mitsuba.h"
 
 #include <algorithm>
+#include <cstring>
+#include <nanothread/nanothread.h>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,8 +57,12 @@ public:
         if constexpr (Jit) {
             schedule();
             dr::eval();
-            copy(m_floats);
-            copy(m_uints);
+            std::vector<Copy> copies;
+            collect(m_floats, copies);
+            collect(m_uints, copies);
+            make(copies);
+            m_floats.clear();
+            m_uints.clear();
         }
     }
 
@@ -109,14 +115,40 @@ private:
         Throw("a result was not asked for");
     }
 
-    template <typename Outputs> void copy(Outputs &outputs) {
+    // From the device's memory to the host's.
+    struct Copy {
+        void *to;
+        const void *from;
+    };
+
+    // Planes of fewer bytes in all are sooner copied than handed to other threads.
+    static constexpr size_t CopiedAlone = 1 << 18;
+
+    // What is to be copied; what is the same everywhere is written at once.
+    template <typename Outputs> void collect(Outputs &outputs, std::vector<Copy> &copies) const {
         for (auto &[plane, value] : outputs) {
             if (jit_var_state(value.index()) == VarState::Literal)
                 std::fill_n(plane, m_count, value.entry(0));
             else if (value.index())
-                jit_memcpy(dr::backend_v<Float>, plane, value.data(), m_count * 4);
+                copies.push_back({ plane, value.data() });
         }
-        outputs.clear();
+    }
+
+    // Memory of a CPU is copied by all of Dr.Jit's threads: while one does it alone, the others wait for it.
+    void make(const std::vector<Copy> &copies) const {
+        size_t bytes = m_count * 4;
+        if constexpr (dr::is_llvm_v<Float>) {
+            if (bytes * copies.size() > CopiedAlone) {
+                jit_sync_thread();
+                dr::parallel_for(dr::blocked_range<size_t>(0, copies.size()), [&](const dr::blocked_range<size_t> &range) {
+                    for (size_t i = range.begin(); i != range.end(); ++i)
+                        std::memcpy(copies[i].to, copies[i].from, bytes);
+                });
+                return;
+            }
+        }
+        for (const Copy &copy : copies)
+            jit_memcpy(dr::backend_v<Float>, copy.to, copy.from, bytes);
     }
 };
 

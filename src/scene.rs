@@ -375,16 +375,9 @@ impl Planes {
         self.set(lane, value.into());
     }
 
-    /// Multiplies each lane by the weight of the index that it has.
-    fn weigh(&mut self, indices: &[u32], weights: &[f32]) {
-        if self.lanes == 0 {
-            return;
-        }
-        for plane in self.values.chunks_exact_mut(self.lanes) {
-            for (value, &index) in plane.iter_mut().zip(indices) {
-                *value *= weights[index as usize];
-            }
-        }
+    /// One after another.
+    fn planes_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
+        self.values.chunks_exact_mut(self.lanes.max(1))
     }
 
     pub fn push_all(values: impl ExactSizeIterator<Item = glam::Vec3>) -> Self {
@@ -556,38 +549,76 @@ impl PhotonVertices {
         PhotonVertices { segments, lamp_density, ..PhotonVertices::default() }
     }
 
-    /// Multiplies the flux of all lanes by the weights of their walks.
-    pub fn weigh(&mut self, weights: &[f32]) {
+    /// Multiplies the flux of all lanes by the weights of their walks. The scene lends the threads that do it.
+    pub fn weigh(&mut self, scene: &dyn Scene, weights: &[f32]) {
+        let walks = &self.walk;
         let segments = self.segments.as_mut().map(|segments| &mut segments.flux);
-        for flux in [&mut self.flux].into_iter().chain(segments) {
-            flux.weigh(&self.walk, weights);
+        let fluxes = [&mut self.flux].into_iter().chain(segments);
+        for_each_part(scene, walks.len(), fluxes.flat_map(Planes::planes_mut), |plane| {
+            for (value, &walk) in plane.iter_mut().zip(walks) {
+                *value *= weights[walk as usize];
+            }
+        });
+    }
+
+    /// Drops lanes that are [`photon_event::ABSENT`]. The scene lends the threads that do it.
+    pub fn keep_present(&mut self, scene: &dyn Scene) {
+        let present = |lane: &u32| self.event[*lane as usize] & photon_event::ABSENT == 0;
+        let present: Vec<u32> = (0..self.event.len() as u32).filter(present).collect();
+        let lanes = self.event.len();
+        if present.len() < lanes {
+            for_each_part(scene, lanes, self.parts(), |part| part.keep(&present));
         }
     }
 
-    /// Drops lanes that are [`photon_event::ABSENT`].
-    pub fn keep_present(&mut self) {
-        let present = |lane: &u32| self.event[*lane as usize] & photon_event::ABSENT == 0;
-        let present: Vec<u32> = (0..self.event.len() as u32).filter(present).collect();
-        if present.len() == self.event.len() {
-            return;
+    /// All that there is of each lane.
+    fn parts(&mut self) -> Vec<Part<'_>> {
+        let indices = [&mut self.walk, &mut self.event, &mut self.medium, &mut self.depth];
+        let triples =
+            [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux];
+        let mut parts: Vec<Part> = triples.into_iter().map(Part::Triples).collect();
+        if let Some(PhotonSegments { origin, flux, density, reach }) = &mut self.segments {
+            parts.extend([origin, flux, density].into_iter().map(Part::Triples));
+            parts.push(Part::Numbers(reach));
         }
-        for values in [&mut self.walk, &mut self.event, &mut self.medium, &mut self.depth] {
-            keep(values, &present);
-        }
-        keep(&mut self.length, &present);
-        for planes in
-            [&mut self.position, &mut self.direction, &mut self.geometric_normal, &mut self.flux]
-        {
-            planes.keep(&present);
-        }
-        if let Some(density) = &mut self.lamp_density {
-            keep(density, &present);
-        }
-        if let Some(segments) = &mut self.segments {
-            keep(&mut segments.reach, &present);
-            for planes in [&mut segments.origin, &mut segments.flux, &mut segments.density] {
-                planes.keep(&present);
-            }
+        parts.extend(indices.into_iter().map(Part::Indices));
+        parts.extend(self.lamp_density.as_mut().map(Part::Numbers));
+        parts.push(Part::Numbers(&mut self.length));
+        parts
+    }
+}
+
+/// Lanes of which a part is a task for a thread of its own.
+const SHARED_LANES: usize = 8192;
+
+/// Does something to parts of so many lanes; the scene lends the threads, if that is worth it.
+fn for_each_part<T: Send>(
+    scene: &dyn Scene,
+    lanes: usize,
+    parts: impl IntoIterator<Item = T>,
+    task: impl Fn(T) + Sync,
+) {
+    if lanes < SHARED_LANES {
+        parts.into_iter().for_each(task);
+    } else {
+        crew::for_each(scene, parts.into_iter().collect(), task);
+    }
+}
+
+/// A part of photon vertices.
+enum Part<'a> {
+    Indices(&'a mut Vec<u32>),
+    Numbers(&'a mut Vec<f32>),
+    Triples(&'a mut Planes),
+}
+
+impl Part<'_> {
+    /// Keeps the lanes named, which ascend.
+    fn keep(self, lanes: &[u32]) {
+        match self {
+            Part::Indices(values) => keep(values, lanes),
+            Part::Numbers(values) => keep(values, lanes),
+            Part::Triples(planes) => planes.keep(lanes),
         }
     }
 }

@@ -14,7 +14,6 @@ use crate::transport::numbers::Numbers;
 use crate::transport::photon::{Family, PerFamily};
 use rand::Rng;
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Share of the states that may be lost at new receivers before chains start anew.
 const LOST_SHARE: f64 = 0.05;
@@ -28,14 +27,6 @@ const CHAINS_PER_TASK: usize = 2048;
 pub struct State {
     pub sample: PrimarySample,
     pub deposits: Vec<Deposit>,
-}
-
-impl State {
-    /// Keeps its memory.
-    fn copy_from(&mut self, other: &State) {
-        self.sample.clone_from(&other.sample);
-        self.deposits.clone_from(&other.deposits);
-    }
 }
 
 #[derive(Debug, Clone, Default)]
@@ -102,6 +93,8 @@ pub struct Population {
     /// Iterations of this pass, summed over the chains that had a state.
     samples: u64,
     sums: PixelSums,
+    /// Former states: memory for others.
+    spares: Vec<State>,
 }
 
 /// What a group of chains did.
@@ -110,18 +103,21 @@ struct GroupResult {
     counters: Counters,
     counts: ChainCounts,
     samples: u64,
+    /// States that were replaced: memory for others.
+    spares: Vec<State>,
 }
 
 impl GroupResult {
     fn new(places: usize) -> Self {
         let (counters, counts) = (Counters::default(), ChainCounts::default());
-        GroupResult { deposits: Deposits::new(places), counters, counts, samples: 0 }
+        let (deposits, spares) = (Deposits::new(places), Vec::new());
+        GroupResult { deposits, counters, counts, samples: 0, spares }
     }
 }
 
 /// States that the uniform stream gives to a group: by iteration, the chain's number within the group and
 /// its new state.
-type Replacements = Vec<Vec<(usize, Arc<State>)>>;
+type Replacements = Vec<Vec<(usize, State)>>;
 
 /// Numbers each batch of a pass, so that no two draw from one stream.
 #[derive(Debug, Clone, Copy)]
@@ -151,7 +147,13 @@ impl Population {
             counts: ChainCounts::default(),
             samples: 0,
             sums,
+            spares: Vec::new(),
         }
+    }
+
+    /// States that nobody needs any more, for their memory.
+    pub fn take_spares(&mut self) -> Vec<State> {
+        std::mem::take(&mut self.spares)
     }
 
     pub fn counts(&self) -> ChainCounts {
@@ -188,10 +190,15 @@ impl Population {
     ) -> SceneResult<Counters> {
         let (family, before) = (self.family, self.counts);
         let batching = batching(target, self.chains.len() as u64);
-        let counters =
-            self.each_group(target.scene, batching, clock, 1, |_, group, clock, result| {
-                renew_group(family, group, target, clock, result)
-            })?;
+        let nothing = vec![(); self.chains.len().div_ceil(batching.lanes)];
+        let counters = self.each_group(
+            target.scene,
+            batching,
+            clock,
+            1,
+            nothing,
+            |(), group, clock, result| renew_group(family, group, target, clock, result),
+        )?;
         let lost = (self.counts.lost_states - before.lost_states) as f64;
         let renewed = (self.counts.renewed_walks - before.renewed_walks) as f64;
         if has_new_receivers && lost > LOST_SHARE * renewed {
@@ -230,9 +237,10 @@ impl Population {
             batching,
             clock,
             iterations,
-            |index, group, clock, result| {
-                for (iteration, replaced) in replacements[index].iter().enumerate() {
-                    replace(group, replaced, &mut result.deposits);
+            replacements,
+            |replacements, group, clock, result| {
+                for (iteration, replaced) in replacements.into_iter().enumerate() {
+                    replace(group, replaced, result);
                     let clock = Clock { batch: clock.batch + iteration as u64, ..clock };
                     mutate_group(family, size, group, target, clock, result)?;
                 }
@@ -256,17 +264,17 @@ impl Population {
         &mut self,
         offered: Vec<State>,
         dice: &mut impl Rng,
-        mut replace: impl FnMut(usize, Arc<State>),
+        mut replace: impl FnMut(usize, State),
     ) {
         let count = self.chains.len();
         for state in offered {
             self.offers += 1;
             let share = count as f64 / self.offers as f64;
             let replaced = ((share + dice.random::<f64>()) as usize).clamp(1, count);
-            let state = Arc::new(state);
-            for chain in rand::seq::index::sample(dice, count, replaced) {
-                replace(chain, state.clone());
-            }
+            let chains = rand::seq::index::sample(dice, count, replaced);
+            // Next to always there is one, and nothing is copied.
+            (1..replaced).for_each(|further| replace(chains.index(further), state.clone()));
+            replace(chains.index(0), state);
             self.counts.exchanges += replaced as u64;
         }
     }
@@ -291,33 +299,38 @@ impl Population {
         sums.drain(&mut self.sums, scale);
     }
 
-    /// Runs `iterations` of a step on groups of chains and adds up what they did in their order.
-    fn each_group(
+    /// Runs `iterations` of a step on groups of chains, each with what is given for it, and adds up what they did in their order.
+    fn each_group<T: Send>(
         &mut self,
         scene: &dyn Scene,
         Batching { lanes, concurrent, .. }: Batching,
         clock: &mut Clock,
         iterations: usize,
-        step: impl Fn(usize, &mut [Chain], Clock, &mut GroupResult) -> SceneResult<()> + Sync,
+        given: Vec<T>,
+        step: impl Fn(T, &mut [Chain], Clock, &mut GroupResult) -> SceneResult<()> + Sync,
     ) -> SceneResult<Counters> {
         let groups = self.chains.len().div_ceil(lanes);
         let first = clock.take((groups * iterations) as u64);
         let places = self.sums.places();
-        let run = |(index, group): (usize, &mut [Chain])| -> SceneResult<GroupResult> {
-            let clock = Clock { batch: first.batch + (index * iterations) as u64, ..first };
-            let mut result = GroupResult::new(places);
-            step(index, group, clock, &mut result).map(|()| result)
-        };
+        let run =
+            |((index, group), given): ((usize, &mut [Chain]), T)| -> SceneResult<GroupResult> {
+                let clock = Clock { batch: first.batch + (index * iterations) as u64, ..first };
+                let mut result = GroupResult::new(places);
+                step(given, group, clock, &mut result).map(|()| result)
+            };
         let results: Vec<GroupResult> = if concurrent {
-            self.chains.par_chunks_mut(lanes).enumerate().map(run).collect::<SceneResult<_>>()?
+            let groups = self.chains.par_chunks_mut(lanes).enumerate();
+            groups.zip(given).map(run).collect::<SceneResult<_>>()?
         } else {
-            self.chains.chunks_mut(lanes).enumerate().map(run).collect::<SceneResult<_>>()?
+            let groups = self.chains.chunks_mut(lanes).enumerate();
+            groups.zip(given).map(run).collect::<SceneResult<_>>()?
         };
         let (mut counters, mut deposits) = (Counters::default(), Vec::new());
         for result in results {
             counters.add(&result.counters);
             self.counts.add(&result.counts);
             self.samples += result.samples;
+            self.spares.extend(result.spares);
             deposits.push(result.deposits);
         }
         self.sums.add(scene, &deposits, 1.0);
@@ -375,11 +388,11 @@ fn renew_group(
     Ok(())
 }
 
-fn replace(group: &mut [Chain], replaced: &[(usize, Arc<State>)], deposits: &mut Deposits) {
+fn replace(group: &mut [Chain], replaced: Vec<(usize, State)>, result: &mut GroupResult) {
     for (chain, state) in replaced {
-        let chain = &mut group[*chain];
-        chain.settle(deposits);
-        chain.state.copy_from(state);
+        let chain = &mut group[chain];
+        chain.settle(&mut result.deposits);
+        result.spares.push(std::mem::replace(&mut chain.state, state));
         chain.is_fresh = true;
     }
 }
@@ -412,7 +425,6 @@ fn mutate_group(
         samples: mutants.iter().map(|chain| chain.state.sample.as_slice()).collect(),
         mutation: Mutation::of_size(size),
         rng: uniform::stream(clock.seed, purpose, clock.pass, clock.batch),
-        scene: target.scene,
     };
     let (trail, record, counters) = trace(family, mutants.len(), numbers, target, clock)?;
     result.counters.add(&counters);

@@ -4,7 +4,7 @@ use super::mutation::Mutation;
 use crate::crew;
 use crate::math::uniform;
 use crate::scene::{Scene, EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
-use crate::transport::numbers::Numbers;
+use crate::transport::numbers::{Alive, Numbers};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
@@ -27,11 +27,14 @@ pub struct Recorded<N> {
 #[derive(Default)]
 pub struct Record {
     emission: Vec<f32>,
-    steps: Vec<Step>,
+    blocks: Vec<Block>,
 }
 
-struct Step {
+/// The numbers of steps that were taken in one go.
+struct Block {
+    /// Walks that were alive before the first of them.
     walks: Vec<u32>,
+    /// [`PHOTON_STEP_DIMENSIONS`] for each step.
     planes: Vec<f32>,
 }
 
@@ -49,15 +52,15 @@ impl<N: Numbers> Recorded<N> {
 impl Record {
     /// Reads numbers of one walk after another, from this one on.
     pub fn reader_at(&self, first: u32) -> Reader<'_> {
-        let lane_in = |step: &Step| step.walks.partition_point(|&walk| walk < first);
-        Reader { record: self, lanes: self.steps.iter().map(lane_in).collect() }
+        let lane_in = |block: &Block| block.walks.partition_point(|&walk| walk < first);
+        Reader { record: self, lanes: self.blocks.iter().map(lane_in).collect() }
     }
 }
 
 /// Reads the numbers of walks in their order.
 pub struct Reader<'a> {
     record: &'a Record,
-    /// By step, the first lane that the next walk may have.
+    /// By block, the first lane that the next walk may have.
     lanes: Vec<usize>,
 }
 
@@ -65,34 +68,36 @@ impl Reader<'_> {
     /// Replaces a sample by all numbers that a walk has used, which comes behind those that were asked for before.
     pub fn read(&mut self, walk: u32, sample: &mut PrimarySample) {
         sample.clear();
-        sample.extend(lane_of::<EMIT_DIMENSIONS>(&self.record.emission, walk as usize));
-        for (step, lane) in self.record.steps.iter().zip(&mut self.lanes) {
-            *lane += step.walks[*lane..].iter().take_while(|&&other| other < walk).count();
-            if step.walks.get(*lane) != Some(&walk) {
+        let emission = &self.record.emission;
+        sample.extend(lane_of(emission, emission.len() / EMIT_DIMENSIONS, walk as usize));
+        for (Block { walks, planes }, lane) in self.record.blocks.iter().zip(&mut self.lanes) {
+            *lane += walks[*lane..].iter().take_while(|&&other| other < walk).count();
+            if walks.get(*lane) != Some(&walk) {
                 break;
             }
-            sample.extend(lane_of::<PHOTON_STEP_DIMENSIONS>(&step.planes, *lane));
+            sample.extend(lane_of(planes, walks.len(), *lane));
         }
     }
 }
 
-/// The numbers of one lane: as many as there are planes.
-fn lane_of<const PLANES: usize>(planes: &[f32], lane: usize) -> [f32; PLANES] {
-    let lanes = planes.len() / PLANES;
-    std::array::from_fn(|plane| planes[plane * lanes + lane])
+/// The numbers of one lane in planes of so many.
+fn lane_of(planes: &[f32], lanes: usize, lane: usize) -> impl Iterator<Item = f32> + '_ {
+    planes.chunks_exact(lanes).map(move |plane| plane[lane])
 }
 
 impl<N: Numbers> Numbers for Recorded<N> {
-    fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
-        self.source.emission(walks, out);
+    fn emission(&mut self, scene: &dyn Scene, walks: usize, out: &mut Vec<f32>) {
+        self.source.emission(scene, walks, out);
         self.record.emission.clone_from(out);
     }
 
-    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        self.source.steps(steps, alive, lanes, out);
-        for planes in out.chunks_exact(PHOTON_STEP_DIMENSIONS * lanes) {
-            self.record.steps.push(Step { walks: alive.to_vec(), planes: planes.to_vec() });
-        }
+    fn steps(&mut self, scene: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {
+        self.source.steps(scene, steps, alive, out);
+    }
+
+    fn used(&mut self, alive: &mut Vec<u32>, planes: &mut Vec<f32>) {
+        let (walks, planes) = (std::mem::take(alive), std::mem::take(planes));
+        self.record.blocks.push(Block { walks, planes });
     }
 }
 
@@ -102,7 +107,7 @@ pub struct Replayed<'a> {
 }
 
 impl Numbers for Replayed<'_> {
-    fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
+    fn emission(&mut self, _: &dyn Scene, walks: usize, out: &mut Vec<f32>) {
         assert_eq!(walks, self.samples.len());
         out.resize(EMIT_DIMENSIONS * walks, 0.0);
         for (walk, sample) in self.samples.iter().enumerate() {
@@ -112,11 +117,12 @@ impl Numbers for Replayed<'_> {
         }
     }
 
-    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
+    fn steps(&mut self, _: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {
+        let lanes = alive.count;
         out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
         for (step, planes) in steps.zip(out.chunks_exact_mut(PHOTON_STEP_DIMENSIONS * lanes)) {
             let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * step;
-            for (lane, &walk) in alive.iter().enumerate() {
+            for (lane, &walk) in alive.walks.iter().enumerate() {
                 let sample = self.samples[walk as usize];
                 for dimension in 0..PHOTON_STEP_DIMENSIONS {
                     // A walk is a function of its numbers: it reads those that it did before, and has ended after them.
@@ -134,8 +140,6 @@ pub struct Mutated<'a> {
     pub samples: Vec<&'a [f32]>,
     pub mutation: Mutation,
     pub rng: Pcg64Mcg,
-    /// Lends the threads that draw.
-    pub scene: &'a dyn Scene,
 }
 
 /// The same lanes of several planes.
@@ -192,14 +196,14 @@ fn cut<'a>(planes: &'a mut [f32], lanes: usize, rng: &mut Pcg64Mcg) -> Vec<Lanes
 }
 
 impl Numbers for Mutated<'_> {
-    fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
+    fn emission(&mut self, scene: &dyn Scene, walks: usize, out: &mut Vec<f32>) {
         assert_eq!(walks, self.samples.len());
         out.resize(EMIT_DIMENSIONS * walks, 0.0);
         let (samples, mutation) = (&self.samples, self.mutation);
         let known = |walk: usize| samples[walk];
         // The seed, which comes last, names a stream of hashes: a neighbour of it has nothing in common with it.
         let (mutated, seeds) = out.split_at_mut(EMIT_SEED * walks);
-        crew::for_each(self.scene, cut(mutated, walks, &mut self.rng), |lanes| {
+        crew::for_each(scene, cut(mutated, walks, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
         for (seed, sample) in seeds.iter_mut().zip(samples) {
@@ -207,12 +211,13 @@ impl Numbers for Mutated<'_> {
         }
     }
 
-    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
+    fn steps(&mut self, scene: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {
+        let Alive { count: lanes, walks } = alive;
         out.resize(steps.len() * PHOTON_STEP_DIMENSIONS * lanes, 0.0);
         let (samples, mutation) = (&self.samples, self.mutation);
         let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * steps.start;
-        let known = |lane: usize| samples[alive[lane] as usize].get(first..).unwrap_or_default();
-        crew::for_each(self.scene, cut(out, lanes, &mut self.rng), |lanes| {
+        let known = |lane: usize| samples[walks[lane] as usize].get(first..).unwrap_or_default();
+        crew::for_each(scene, cut(out, lanes, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
     }

@@ -14,6 +14,7 @@ use crate::transport::numbers::Uniform;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::photons::UniformShooter;
 use serde::{Deserialize, Serialize};
+use std::sync::Mutex;
 
 /// Where the visible share is larger, `auto` shoots uniformly: a chain's states resemble one another, so
 /// that some twenty mutations are worth one independent walk.
@@ -98,6 +99,8 @@ pub struct ChainShooter {
     /// Uniform walks for each mutated one.
     balance: f64,
     has_new_receivers: bool,
+    /// Former states of chains: memory for those that the uniform stream offers.
+    spares: Mutex<Vec<State>>,
 }
 
 /// What a pass has so far from its two streams; `splat` holds what families without chains add.
@@ -127,6 +130,7 @@ impl ChainShooter {
             total: Counters::default(),
             balance: 1.0,
             has_new_receivers: true,
+            spares: Mutex::default(),
         }
     }
 
@@ -335,6 +339,9 @@ impl ChainShooter {
             }
             sums.mutated.add(&population.iterate(offered, &mut dice, target, clock)?);
         }
+        let spares = self.populations.iter_mut().filter_map(|(_, population)| population.as_mut());
+        let spares = spares.flat_map(Population::take_spares);
+        self.spares.get_mut().expect("no thread panicked").extend(spares);
         let deposits: Vec<Deposits> = offers.into_iter().map(|offer| offer.splat).collect();
         sums.splat.add(target.scene, &deposits, 1.0);
         Ok(())
@@ -370,8 +377,8 @@ impl ChainShooter {
                 return Vec::new();
             }
             let seen = Seen { trail: trails.take(family, batch.lanes), record };
-            let states = seen.states(target.scene);
-            (batch.first..).zip(states).filter_map(|(walk, state)| Some((walk, state?))).collect()
+            let states = seen.states(target.scene, &self.spares);
+            states.into_iter().map(|(walk, state)| (batch.first + u64::from(walk), state)).collect()
         });
         let splat = trails.into_splat();
         counters.uniform_walks = counters.walks;

@@ -8,9 +8,10 @@ use crate::scene::Scene;
 use crate::transport::deposits::{Deposit, Sink};
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::splat::Splat;
+use std::sync::Mutex;
 
 /// States that one task makes.
-const STATES_PER_TASK: usize = 2048;
+const STATES_PER_TASK: usize = 1024;
 
 /// Deposits of the families that have chains, by walk; those of the others are splatted.
 pub struct Trails {
@@ -79,17 +80,17 @@ impl Seen<'_> {
         StateReader { trail: &self.trail, numbers: self.record.reader_at(first) }
     }
 
-    /// By walk, the states of those that added something. The scene lends the threads that make them.
-    pub fn states(&self, scene: &dyn Scene) -> Vec<Option<State>> {
-        let mut states = vec![None; self.trail.ends.len()];
-        let tasks = (0..).step_by(STATES_PER_TASK).zip(states.chunks_mut(STATES_PER_TASK));
-        crew::for_each(scene, tasks.collect(), |(first, states): (u32, &mut [Option<State>])| {
-            let mut reader = self.reader_at(first);
-            for (walk, state) in (first..).zip(states) {
-                if reader.is_seen(walk) {
-                    reader.read(walk, state.get_or_insert_default());
-                }
-            }
+    /// The walks that added something, and their states, made of spare ones. The scene lends the threads that make them.
+    pub fn states(&self, scene: &dyn Scene, spares: &Mutex<Vec<State>>) -> Vec<(u32, State)> {
+        let walks = 0..self.trail.ends.len() as u32;
+        let seen = walks.filter(|&walk| !self.trail.of(walk).is_empty());
+        let mut states: Vec<_> = {
+            let mut spares = spares.lock().expect("no thread panicked");
+            seen.map(|walk| (walk, spares.pop().unwrap_or_default())).collect()
+        };
+        crew::for_each(scene, states.chunks_mut(STATES_PER_TASK).collect(), |states| {
+            let mut reader = self.reader_at(states[0].0);
+            states.iter_mut().for_each(|(walk, state)| reader.read(*walk, state));
         });
         states
     }

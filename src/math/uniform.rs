@@ -43,7 +43,19 @@ pub fn stream(seed: u64, purpose: Purpose, pass: u64, batch: u64) -> Pcg64Mcg {
 /// Fills a buffer with numbers in [0,1).
 pub fn fill(rng: &mut Pcg64Mcg, numbers: &mut Vec<f32>, count: usize) {
     numbers.resize(count, 0.0);
-    rng.fill(numbers.as_mut_slice());
+    draw(rng, numbers);
+}
+
+/// The same for a buffer of known length.
+pub fn draw(rng: &mut Pcg64Mcg, numbers: &mut [f32]) {
+    rng.fill(numbers);
+}
+
+/// Takes the next `count` numbers out of a stream: what is returned draws them, and the stream goes on behind them.
+pub fn split_off(rng: &mut Pcg64Mcg, count: usize) -> Pcg64Mcg {
+    let own = rng.clone();
+    rng.advance(count as u128);
+    own
 }
 
 /// The next number in [0,1).

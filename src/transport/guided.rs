@@ -1,10 +1,16 @@
 //! Walks whose emission may be guided.
 
-use super::numbers::{Numbers, Uniform};
-use crate::guide::EmissionGuide;
+use super::numbers::{Alive, Numbers, Uniform};
+use crate::crew;
+use crate::guide::{EmissionGuide, GUIDED_DIMENSIONS};
+use crate::math::uniform;
+use crate::scene::Scene;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
+
+/// Walks that one task emits.
+const PER_TASK: usize = 4096;
 
 /// Independent numbers, those of the emission with the density of a guide if there is one.
 pub struct Guided<'a> {
@@ -23,24 +29,46 @@ impl<'a> Guided<'a> {
 impl Numbers for Guided<'_> {
     const KNOWS_WALKS: bool = false;
 
-    fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
-        self.rest.emission(walks, out);
+    fn emission(&mut self, scene: &dyn Scene, walks: usize, out: &mut Vec<f32>) {
+        self.rest.emission(scene, walks, out);
         let Some(guide) = self.guide else { return };
-        self.weights.clear();
-        for walk in 0..walks {
-            let (numbers, density) = guide.warp(self.rest.0.random());
-            for (axis, number) in numbers.into_iter().enumerate() {
-                out[axis * walks + walk] = number;
-            }
-            self.weights.push(1.0 / density);
+        self.weights.resize(walks, 1.0);
+        let mut tasks: Vec<Warp> = Vec::with_capacity(walks.div_ceil(PER_TASK));
+        for weights in self.weights.chunks_mut(PER_TASK) {
+            let rng = uniform::split_off(&mut self.rest.0, weights.len() * GUIDED_DIMENSIONS);
+            tasks.push(Warp { guide, rng, planes: Vec::with_capacity(GUIDED_DIMENSIONS), weights });
         }
+        for plane in out.chunks_exact_mut(walks.max(1)).take(GUIDED_DIMENSIONS) {
+            let parts = tasks.iter_mut().zip(plane.chunks_mut(PER_TASK));
+            parts.for_each(|(task, part)| task.planes.push(part));
+        }
+        crew::for_each(scene, tasks, Warp::run);
     }
 
-    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        self.rest.steps(steps, alive, lanes, out);
+    fn steps(&mut self, scene: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {
+        self.rest.steps(scene, steps, alive, out);
     }
 
     fn weights(&self) -> Option<&[f32]> {
         self.guide.map(|_| self.weights.as_slice())
+    }
+}
+
+/// Walks next to each other whose emission one task guides.
+struct Warp<'a> {
+    guide: &'a EmissionGuide,
+    rng: Pcg64Mcg,
+    /// Of the numbers that are guided, those of these walks.
+    planes: Vec<&'a mut [f32]>,
+    weights: &'a mut [f32],
+}
+
+impl Warp<'_> {
+    fn run(mut self) {
+        for (walk, weight) in self.weights.iter_mut().enumerate() {
+            let (numbers, density) = self.guide.warp(self.rng.random());
+            self.planes.iter_mut().zip(numbers).for_each(|(plane, number)| plane[walk] = number);
+            *weight = 1.0 / density;
+        }
     }
 }

@@ -5,11 +5,11 @@ use super::counters::{Counters, SEGMENTS_PER_USUAL_WALK};
 use super::deposits::{Deposit, Sink};
 use super::gather::Target;
 use super::guided::Guided;
-use super::numbers::Numbers;
+use super::numbers::{Alive, Numbers};
 use super::photon::Family;
 use crate::guide::{self, EmissionGuide, Lesson};
 use crate::math::uniform::{self, Purpose};
-use crate::scene::{Batch, SceneResult};
+use crate::scene::{Batch, Scene, SceneResult};
 use std::ops::Range;
 
 /// Rounds at least; the first after them that has enough lessons, counted as if all were of equal worth, is the last.
@@ -233,8 +233,8 @@ struct Remembered<N> {
 impl<N: Numbers> Numbers for Remembered<N> {
     const KNOWS_WALKS: bool = N::KNOWS_WALKS;
 
-    fn emission(&mut self, walks: usize, out: &mut Vec<f32>) {
-        self.numbers.emission(walks, out);
+    fn emission(&mut self, scene: &dyn Scene, walks: usize, out: &mut Vec<f32>) {
+        self.numbers.emission(scene, walks, out);
         let of_walk = |walk| std::array::from_fn(|axis| out[axis * walks + walk]);
         self.emitted.extend((0..walks).map(of_walk));
         match self.numbers.weights() {
@@ -243,8 +243,8 @@ impl<N: Numbers> Numbers for Remembered<N> {
         }
     }
 
-    fn steps(&mut self, steps: Range<usize>, alive: &[u32], lanes: usize, out: &mut Vec<f32>) {
-        self.numbers.steps(steps, alive, lanes, out);
+    fn steps(&mut self, scene: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {
+        self.numbers.steps(scene, steps, alive, out);
     }
 
     fn weights(&self) -> Option<&[f32]> {

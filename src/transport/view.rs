@@ -11,6 +11,7 @@ use crate::transport::cone::DirectionCone;
 use crate::transport::counters::Counters;
 use crate::transport::deposits::PixelSums;
 use crate::transport::extent::{visible_length, OPAQUE_DEPTH};
+use crate::transport::numbers::draw;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::tabulate::{tabulate, Crossing};
 use crate::tree::heap_bytes;
@@ -504,7 +505,8 @@ impl<'a> Tracer<'a> {
         while self.alive() > 0 && walk.lanes() > 0 && done < MAX_SEGMENTS {
             let lanes = walk.lanes();
             let steps = batching.steps(lanes);
-            uniform::fill(&mut self.rng, &mut numbers, steps * VIEW_STEP_DIMENSIONS * lanes);
+            let count = steps * VIEW_STEP_DIMENSIONS * lanes;
+            draw(&mut self.rng, self.scene, &mut numbers, count);
             walk.step(steps, &numbers, &mut vertices)?;
             for step in 0..steps {
                 self.add_step(step * lanes..(step + 1) * lanes, done + step == 0, &vertices)?;
@@ -522,7 +524,7 @@ impl<'a> Tracer<'a> {
     /// [`VIEW_RAY_DIMENSIONS`] planes; the two of the aperture hold its middle where there is none.
     fn ray_numbers(&mut self) -> Vec<f32> {
         let (lanes, mut numbers, mut aperture) = (self.paths.len(), Vec::new(), Vec::new());
-        uniform::fill(&mut self.rng, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
+        draw(&mut self.rng, self.scene, &mut numbers, VIEW_RAY_DIMENSIONS * lanes);
         if self.plan.simulates(Effect::DepthOfField) {
             uniform::fill(&mut self.aperture, &mut aperture, 2 * lanes);
             self.out.counters.aperture_samples += lanes as u64;

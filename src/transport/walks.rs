@@ -1,7 +1,7 @@
 //! Walks of photons from the lamps to their ends, a batch at a time.
 
 use super::counters::Counters;
-use super::numbers::Numbers;
+use super::numbers::{Alive, Numbers};
 use crate::effect::Effect;
 use crate::plan::Plan;
 use crate::scene::{PhotonVertices, Scene, SceneResult, VACUUM};
@@ -28,24 +28,26 @@ impl Walks<'_> {
         let segments = self.with_segments.then(Default::default);
         let lamp_density = self.plan.rules.glossy_chains.then(Vec::new);
         let mut vertices = PhotonVertices { segments, lamp_density, ..PhotonVertices::default() };
-        numbers.emission(self.count, &mut planes);
+        numbers.emission(self.scene, self.count, &mut planes);
         let mut photons = self.scene.emit(self.count, &planes, self.plan.rules)?;
         let (batching, mut done) = (self.scene.batching(), 0);
         while photons.lanes() > 0 {
             let lanes = photons.lanes();
-            let steps = batching.steps(lanes);
+            let steps = done..done + batching.steps(lanes);
             if N::KNOWS_WALKS {
                 photons.alive(&mut alive)?;
             }
-            numbers.steps(done..done + steps, &alive, lanes, &mut planes);
-            photons.step(steps, &planes, &mut vertices)?;
-            done += steps;
-            if steps > 1 {
-                vertices.keep_present();
+            let now = Alive { count: lanes, walks: &alive };
+            numbers.steps(self.scene, steps.clone(), now, &mut planes);
+            photons.step(steps.len(), &planes, &mut vertices)?;
+            done = steps.end;
+            if steps.len() > 1 {
+                vertices.keep_present(self.scene);
             }
             if let Some(weights) = numbers.weights() {
-                vertices.weigh(weights);
+                vertices.weigh(self.scene, weights);
             }
+            numbers.used(&mut alive, &mut planes);
             counters.segments += vertices.event.len() as u64;
             self.count(&vertices, &mut counters);
             visit(&mut vertices, &mut counters)?;

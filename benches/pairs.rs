@@ -1,6 +1,7 @@
 //! What a search costs where pairs are worth what they are in a render: photons of a real scene look for their receivers,
 //! and every pair is evaluated and deposited; against a loop over the very pairs that does the same without a search.
-//! One thread; throughput is in accepted pairs. Photons come in the order of space, as gathering has them, and sorting counts.
+//! One thread; throughput is in accepted pairs. Photons come in the order of space, task by task, as gathering has them, and
+//! sorting counts.
 
 use std::path::PathBuf;
 
@@ -11,7 +12,7 @@ use vpt::math::Approach;
 use vpt::method::Silent;
 use vpt::plan::Plan;
 use vpt::scene::Scene;
-use vpt::transport::gather::Particles;
+use vpt::transport::gather::{Particles, PER_TASK};
 use vpt::transport::pairs::{Gathered, Pairs};
 use vpt::transport::photon::{MediumPhoton, SurfacePhoton};
 use vpt::transport::photon_beam::{BeamKind, PhotonBeam, PhotonBeams};
@@ -131,13 +132,15 @@ impl Kind for BeamsOnBeams<'_> {
 /// Times search and flat loop over the same pairs.
 fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: &K) {
     let in_order = || {
-        let mut order: Vec<u64> = (0..)
-            .zip(kind.photons())
-            .filter(|(_, photon)| kind.may_find(stage, photon))
-            .map(|(index, photon)| u64::from(kind.place(stage, photon)) << 32 | index)
-            .collect();
-        order.sort_unstable();
-        order.into_iter().map(|key| &kind.photons()[key as u32 as usize])
+        kind.photons().chunks(PER_TASK).flat_map(|photons| {
+            let mut order: Vec<(u32, u32)> = (0..)
+                .zip(photons)
+                .filter(|(_, photon)| kind.may_find(stage, photon))
+                .map(|(index, photon)| (kind.place(stage, photon), index))
+                .collect();
+            radsort::sort_by_key(&mut order, |(place, _)| *place);
+            order.into_iter().map(|(_, index)| &photons[index as usize])
+        })
     };
     let (mut flat, mut pairs) = (Vec::new(), 0);
     for photon in in_order() {

@@ -2,6 +2,7 @@
 
 mod aabb;
 mod approach;
+pub mod mask;
 mod morton;
 mod octahedral;
 mod rgb;

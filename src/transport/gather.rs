@@ -16,6 +16,8 @@ use crate::transport::photon::PerFamily;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 
+/// Vertices or photon beams of one task.
+pub const PER_TASK: usize = 4096;
 /// Pairs that may wait for the scene; bounds memory.
 const ASKED_AT_ONCE: usize = 1 << 14;
 
@@ -188,8 +190,8 @@ impl Gathering<'_> {
 
 /// Visits photons by their places, those of one place in the order of the slice.
 fn for_each_in_order<P>(photons: &[P], place: impl Fn(&P) -> u32, visit: impl FnMut(&P)) {
-    let mut order: Vec<u64> =
-        (0..).zip(photons).map(|(index, p)| u64::from(place(p)) << 32 | index).collect();
-    order.sort_unstable();
-    order.into_iter().map(|key| &photons[key as u32 as usize]).for_each(visit);
+    let mut order: Vec<(u32, u32)> =
+        (0..).zip(photons).map(|(index, p)| (place(p), index)).collect();
+    radsort::sort_by_key(&mut order, |(place, _)| *place);
+    order.into_iter().map(|(_, index)| &photons[index as usize]).for_each(visit);
 }

@@ -2,7 +2,7 @@
 //! let the photons of the last ones look for receivers.
 
 use super::deposits::Sink;
-use super::gather::Gathering;
+use super::gather::{Gathering, PER_TASK};
 use super::numbers::Numbers;
 use super::pairs::Gathered;
 use super::photon_beam::PhotonBeams;
@@ -15,8 +15,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// Vertices or photon beams per task.
-const PER_TASK: usize = 4096;
 /// Steps whose photons may still be looking; bounds memory.
 const STEPS_IN_FLIGHT: usize = 3;
 

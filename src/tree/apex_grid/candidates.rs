@@ -61,12 +61,6 @@ impl ApexGrid {
     }
 }
 
-/// A bit for each lane that is true.
-#[inline]
-pub(super) fn bits(lanes: [bool; LANES]) -> u32 {
-    lanes.iter().enumerate().fold(0, |mask, (lane, &is)| mask | u32::from(is) << lane)
-}
-
 /// For each set of lanes, those in it, in order, before the others' zeros.
 static SET_LANES: [[u32; LANES]; 1 << LANES] = {
     let mut sets = [[0; LANES]; 1 << LANES];

@@ -1,6 +1,7 @@
-use super::candidates::{bits, Candidates};
+use super::candidates::Candidates;
 use super::tangents::tangents;
 use super::{ApexGrid, LANES, TURN, WIDER};
+use crate::math::mask;
 use glam::Vec3;
 
 impl ApexGrid {
@@ -75,12 +76,15 @@ impl Ball {
     #[inline]
     fn touches(&self, [x, y]: [&[f32; LANES]; 2]) -> u32 {
         let q = self.middle;
-        bits(std::array::from_fn(|lane| {
+        let distances_squared: [f32; LANES] = std::array::from_fn(|lane| {
             let (x, y) = (x[lane], y[lane]);
             let across = [q.y - q.z * y, q.z * x - q.x, q.x * y - q.y * x];
-            let distance_squared =
-                across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
-            distance_squared <= self.radius_squared * (1.0 + x * x + y * y)
-        }))
+            across[0] * across[0] + across[1] * across[1] + across[2] * across[2]
+        });
+        let limits = std::array::from_fn(|lane| {
+            let (x, y) = (x[lane], y[lane]);
+            self.radius_squared * (1.0 + x * x + y * y)
+        });
+        mask::at_most(&distances_squared, &limits)
     }
 }

@@ -1,7 +1,7 @@
-use super::candidates::{bits, Candidates};
+use super::candidates::Candidates;
 use super::tangents::tangents;
 use super::{ApexGrid, LANES, TURN, WIDER};
-use crate::math::{Approach, Segment};
+use crate::math::{mask, Approach, Segment};
 use crate::tree::interval::Interval;
 use glam::Vec3;
 
@@ -148,13 +148,18 @@ impl Band {
     #[inline]
     fn touches(&self, [x, y]: [&[f32; LANES]; 2]) -> u32 {
         let (n, e) = (self.normal, self.slope);
-        bits(std::array::from_fn(|lane| {
+        let nearest: [f32; LANES] = std::array::from_fn(|lane| {
             let (x, y) = (x[lane], y[lane]);
             let along = ((x * n.x + y * n.y + n.z).abs() - self.rounding).max(0.0);
+            along * along
+        });
+        let limits = std::array::from_fn(|lane| {
+            let (x, y) = (x[lane], y[lane]);
             let across = [y * e.z - e.y, e.x - x * e.z, x * e.y - y * e.x];
             let sine_squared =
                 across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
-            along * along <= self.reach_squared * sine_squared
-        }))
+            self.reach_squared * sine_squared
+        });
+        mask::at_most(&nearest, &limits)
     }
 }

@@ -73,6 +73,7 @@ const BUCKET_SIZE: usize = 16;
 struct Bucket([[f32; BUCKET_SIZE]; 3]);
 
 impl Bucket {
+    #[inline]
     fn position(&self, lane: usize) -> Vec3 {
         Vec3::from(self.0.map(|axis| axis[lane]))
     }

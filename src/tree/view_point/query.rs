@@ -1,6 +1,7 @@
 use glam::Vec3;
 
 use super::{bucket_start, Bucket, ViewPointTree, BUCKET_SIZE};
+use crate::math::mask;
 use crate::tree::MAX_DEPTH;
 
 impl ViewPointTree {
@@ -30,7 +31,7 @@ impl ViewPointTree {
         self.for_each_bucket(p, radius, |bucket| {
             let start = bucket_start(self.count, self.levels, bucket);
             let distances = self.buckets[bucket].distances_squared(p);
-            let mut near = within(&distances, radius_squared);
+            let mut near = mask::below(&distances, &[radius_squared; BUCKET_SIZE]);
             while near != 0 {
                 let lane = near.trailing_zeros() as usize % BUCKET_SIZE;
                 near &= near - 1;
@@ -82,11 +83,4 @@ impl Bucket {
             x * x + y * y + z * z
         })
     }
-}
-
-/// A bit for each distance that is smaller.
-#[inline]
-fn within(distances_squared: &[f32; BUCKET_SIZE], radius_squared: f32) -> u32 {
-    let bit = |(lane, &d): (usize, &f32)| u32::from(d < radius_squared) << lane;
-    distances_squared.iter().enumerate().map(bit).fold(0, |mask, bit| mask | bit)
 }

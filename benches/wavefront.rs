@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use vpt::density::radius::Radii;
 use vpt::host::session::{LoadedScene, SceneFile, Session};
-use vpt::markov::ChainShooter;
+use vpt::markov::{ChainShooter, Population};
 use vpt::math::uniform::{self, Purpose};
 use vpt::method::{Method, Parameters, Preset, Shooting, Silent};
 use vpt::plan::Plan;
@@ -16,6 +16,7 @@ use vpt::scene::Scene;
 use vpt::transport::deposits::PixelSums;
 use vpt::transport::gather::{Particles, Target};
 use vpt::transport::numbers::Uniform;
+use vpt::transport::photon::Family;
 use vpt::transport::photons::UniformShooter;
 use vpt::transport::receivers::Receivers;
 use vpt::transport::view;
@@ -64,19 +65,29 @@ fn measure(name: &str, loaded: &mut LoadedScene) {
     let [plan, chain_plan] = [parameters, chains].map(|p| p.plan(scene.description()));
     let receivers = Receivers::build(view::trace(scene, &plan, SEED, 0).expect("rays"));
 
-    let mut rows: Vec<(String, Vec<f64>)> = LANES
-        .map(|power| (format!("nobody looks, batches of {}", 1 << power), Vec::new()))
-        .into_iter()
-        .collect();
-    let own_lanes = scene.batching().lanes;
-    rows.push((format!("uniform shooting, batches of {own_lanes}"), Vec::new()));
-    rows.push(("chains".to_owned(), Vec::new()));
     let mut uniform = UniformShooter::new(SEED);
     let mut chains = ChainShooter::new(SEED, 0);
-    // The first turn compiles programs and finds the chains' first states.
+    seen(scene, &chain_plan, &receivers, radii, |target, sums| {
+        chains.shoot(target, u64::MAX, WALKS, sums).expect("walks").segments
+    });
+    let of_family = |family| chains.population(family).map_or(0, Population::chain_count);
+    let chain_lanes = Family::ALL.map(of_family).into_iter().max().expect("there are families");
+
+    let own_lanes = scene.batching().lanes;
+    let mut lanes: Vec<usize> = LANES.map(|power| 1 << power).to_vec();
+    lanes.extend([own_lanes, chain_lanes]);
+    lanes.sort_unstable();
+    lanes.dedup();
+    let mut rows: Vec<(String, Vec<f64>)> = lanes
+        .iter()
+        .map(|lanes| (format!("nobody looks, batches of {lanes}"), Vec::new()))
+        .collect();
+    rows.push((format!("uniform shooting, batches of {own_lanes}"), Vec::new()));
+    rows.push((format!("chains, batches of {chain_lanes}"), Vec::new()));
+    // The first turn compiles programs.
     for turn in 0..=TURNS as u64 {
         let mut rates: Vec<f64> =
-            LANES.iter().map(|power| unseen(scene, &plan, 1 << power, turn)).collect();
+            lanes.iter().map(|&lanes| unseen(scene, &plan, lanes, turn)).collect();
         rates.push(seen(scene, &plan, &receivers, radii, |target, sums| {
             uniform.shoot(target, turn, WALKS, sums).expect("walks").segments
         }));
@@ -87,14 +98,14 @@ fn measure(name: &str, loaded: &mut LoadedScene) {
             rows.iter_mut().zip(rates).for_each(|((_, all), rate)| all.push(rate));
         }
     }
-    print(name, rows);
+    print(name, rows, lanes.len());
 }
 
 /// Vertices per second of walks that are traced and forgotten.
 fn unseen(scene: &dyn Scene, plan: &Plan, lanes: usize, turn: u64) -> f64 {
     let start = Instant::now();
     let mut vertices = 0;
-    for batch in 0..WALKS / lanes as u64 {
+    for batch in 0..(WALKS / lanes as u64).max(1) {
         let mut numbers = Uniform(uniform::stream(SEED, Purpose::Photons, turn, batch));
         let walks = Walks { scene, plan, count: lanes, with_segments: false };
         vertices += walks.trace(&mut numbers, |_, _| Ok(())).expect("walks").segments;
@@ -117,7 +128,8 @@ fn seen(
     vertices as f64 / start.elapsed().as_secs_f64()
 }
 
-fn print(name: &str, rows: Vec<(String, Vec<f64>)>) {
+/// The best rate is that of the first rows, which nobody looks at.
+fn print(name: &str, rows: Vec<(String, Vec<f64>)>, unseen: usize) {
     let medians: Vec<f64> = rows
         .iter()
         .map(|(_, rates)| {
@@ -126,7 +138,7 @@ fn print(name: &str, rows: Vec<(String, Vec<f64>)>) {
             rates[rates.len() / 2]
         })
         .collect();
-    let best = medians[..LANES.len()].iter().copied().fold(0.0, f64::max);
+    let best = medians[..unseen].iter().copied().fold(0.0, f64::max);
     println!("\n{:<40} {:>18} {:>10}", name, "vertices/s", "of best");
     for ((row, _), median) in rows.iter().zip(medians) {
         println!("{row:<40} {:>16.2} M {:>10.2}", median / 1e6, median / best);

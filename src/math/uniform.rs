@@ -69,3 +69,24 @@ fn splitmix(mut z: u64) -> u64 {
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Part by part, whoever draws them, numbers are those that the stream would have given one by one.
+    #[test]
+    fn parts_of_a_stream_are_the_stream() {
+        let start = || stream(7, Purpose::Photons, 1, 2);
+        let (mut whole, mut parts) = (start(), start());
+        let one_by_one: Vec<f32> = (0..1000).map(|_| next(&mut whole)).collect();
+        let mut numbers = Vec::new();
+        for count in [0, 1, 99, 900] {
+            let mut part = Vec::new();
+            fill(&mut split_off(&mut parts, count), &mut part, count);
+            numbers.extend(part);
+        }
+        assert_eq!(numbers, one_by_one);
+        assert_eq!(next(&mut parts), next(&mut whole));
+    }
+}

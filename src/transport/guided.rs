@@ -72,3 +72,44 @@ impl Warp<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analytic::{Camera, Contents, Disclosure, Projection, World};
+    use crate::guide::{learn, Lesson};
+    use crate::scene::EMIT_DIMENSIONS;
+    use glam::DVec3;
+    use rand::SeedableRng;
+
+    /// Whichever threads emit, walks are those that one thread would have emitted one after another: first all numbers, then
+    /// five more for each walk.
+    #[test]
+    fn tasks_emit_what_one_thread_would() {
+        let projection = Projection::Orthographic { width: 1.0 };
+        let camera = Camera::new(DVec3::ZERO, DVec3::Z, [1, 1], projection);
+        let world = World::new(Contents {
+            camera,
+            surfaces: Vec::new(),
+            fogs: Vec::new(),
+            lamps: Vec::new(),
+            disclosure: Disclosure::default(),
+        });
+        let lesson = |number| Lesson { numbers: [number; GUIDED_DIMENSIONS], worth: 1.0 };
+        let guide = learn([0.1, 0.12, 0.7].map(lesson).to_vec()).expect("there are lessons");
+        let (walks, rng) = (2 * PER_TASK + 3, Pcg64Mcg::seed_from_u64(5));
+        let (mut guided, mut numbers) = (Guided::new(rng.clone(), Some(&guide)), Vec::new());
+        guided.emission(&world, walks, &mut numbers);
+
+        let (mut stream, mut expected) = (rng, Vec::new());
+        uniform::fill(&mut stream, &mut expected, EMIT_DIMENSIONS * walks);
+        for walk in 0..walks {
+            let (places, density) = guide.warp(stream.random());
+            for (axis, place) in places.into_iter().enumerate() {
+                expected[axis * walks + walk] = place;
+            }
+            assert_eq!(guided.weights[walk], 1.0 / density);
+        }
+        assert_eq!(numbers, expected);
+    }
+}

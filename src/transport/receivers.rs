@@ -23,22 +23,26 @@ impl Receivers {
         let indexed = (0u32..).zip(paths.beam_segments.iter().copied());
         let is_straight = |index: u32| paths.beams[index as usize].depth == 0;
         let straight: Vec<_> = indexed.filter(|(index, _)| is_straight(*index)).collect();
-        let mut grid = ApexGrid::build(&straight);
+        let (mut grid, point_tree) =
+            join(|| ApexGrid::build(&straight), || ViewPointTree::build(&paths.point_positions));
         if let Some(grid) = &mut grid {
             paths.move_beams_first(&grid.take_order());
         }
-        Receivers::beside_grid(paths, grid)
+        Receivers::beside_grid(paths, grid, point_tree)
     }
 
-    /// The trees over what is not in the grid, whose beams are the first.
-    fn beside_grid(mut paths: ViewPaths, apex_grid: Option<ApexGrid>) -> Self {
+    /// The tree over the beams that are not in the grid, whose beams are the first.
+    fn beside_grid(
+        mut paths: ViewPaths,
+        apex_grid: Option<ApexGrid>,
+        mut point_tree: ViewPointTree,
+    ) -> Self {
         let in_grid = apex_grid.as_ref().map_or(0, ApexGrid::len);
         let (segments, positions) = (&paths.beam_segments[in_grid..], &paths.point_positions);
         let ends = segments.iter().flat_map(|segment| [segment.origin, segment.at(segment.length)]);
         let (around_beams, around_points) =
             (curve_around(ends), curve_around(positions.iter().copied()));
-        let (mut beam_tree, mut point_tree) =
-            join(|| ViewBeamTree::build(segments), || ViewPointTree::build(positions));
+        let mut beam_tree = ViewBeamTree::build(segments);
         let in_tree = beam_tree.take_order().into_iter().map(|index| in_grid as u32 + index);
         paths.sort_beams(&(0..in_grid as u32).chain(in_tree).collect::<Vec<_>>());
         paths.sort_points(&point_tree.take_order());

@@ -1,12 +1,15 @@
 use super::{ApexGrid, Beam, LANES};
 use crate::math::Segment;
 use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
 
 /// Beams per cell on average, width of a cell over its height, and cells along an axis at most. Cells of a row are read in one
 /// go, so many narrow ones cost nothing, and few rows are sooner read than many.
 const BEAMS_PER_CELL: f64 = 1.0;
 const WIDTH_OVER_HEIGHT: f64 = 0.25;
 const MAX_CELLS: f64 = 8192.0;
+/// Beams that a thread looks at in one go.
+const PER_TASK: usize = 4096;
 /// Fewer beams are not worth a structure of their own.
 const FEW: usize = 64;
 /// Cosine to the axis below which slopes are too steep to be told apart in single precision.
@@ -29,14 +32,7 @@ impl ApexGrid {
         let (x, y) = axis.any_orthonormal_pair();
         // Rounded once: beams and photons are turned by the same matrix.
         let to_frame = DMat3::from_cols(x, y, axis).transpose().as_mat3();
-        let mut slopes = Vec::with_capacity(beams.len());
-        for (_, segment) in &beams {
-            let d = to_frame.as_dmat3() * segment.direction.as_dvec3();
-            if d.z.is_nan() || d.z < MIN_COSINE {
-                return None;
-            }
-            slopes.push([(d.x / d.z) as f32, (d.y / d.z) as f32]);
-        }
+        let slopes = slopes(&beams, to_frame.as_dmat3())?;
         let mut grid = ApexGrid {
             apex,
             to_frame,
@@ -93,17 +89,32 @@ impl ApexGrid {
     }
 }
 
+/// How directions lean to either side of the axis, in the frame; none where one leans too far.
+fn slopes(beams: &[(u32, Segment)], to_frame: DMat3) -> Option<Vec<[f32; 2]>> {
+    let slopes = beams.par_iter().with_min_len(PER_TASK).map(|(_, segment)| {
+        let d = to_frame * segment.direction.as_dvec3();
+        (d.z >= MIN_COSINE).then_some([(d.x / d.z) as f32, (d.y / d.z) as f32])
+    });
+    slopes.collect()
+}
+
 /// The point nearest to all lines, in the least squares.
 fn apex(beams: &[(u32, Segment)]) -> Option<Vec3> {
     // Relative to one of them, so that far from the world's origin no digits are lost.
     let base = beams[0].1.origin.as_dvec3();
-    let (mut matrix, mut vector) = (DMat3::ZERO, DVec3::ZERO);
-    for (_, segment) in beams {
+    let of_beam = |(_, segment): &(u32, Segment)| {
         let d = segment.direction.as_dvec3();
         let across = DMat3::IDENTITY - DMat3::from_cols(d.x * d, d.y * d, d.z * d);
-        matrix += across;
-        vector += across * (segment.origin.as_dvec3() - base);
-    }
+        (across, across * (segment.origin.as_dvec3() - base))
+    };
+    let plus = |a: (DMat3, DVec3), b: (DMat3, DVec3)| (a.0 + b.0, a.1 + b.1);
+    let nothing = (DMat3::ZERO, DVec3::ZERO);
+    // Part by part, so that roundings are the same whatever the number of threads.
+    let parts: Vec<_> = beams
+        .par_chunks(PER_TASK)
+        .map(|part| part.iter().map(of_beam).fold(nothing, plus))
+        .collect();
+    let (matrix, vector) = parts.into_iter().fold(nothing, plus);
     let apex = base + matrix.inverse() * vector;
     apex.is_finite().then_some(apex.as_vec3())
 }
@@ -112,11 +123,11 @@ fn apex(beams: &[(u32, Segment)]) -> Option<Vec3> {
 fn slack(beams: &[(u32, Segment)], apex: DVec3) -> Option<f32> {
     let size = |segment: &Segment| f64::from(segment.origin.abs().max_element());
     let largest = beams.iter().map(|(_, s)| size(s)).fold(apex.abs().max_element(), f64::max);
-    let mut slack = 0.0f64;
-    for (_, segment) in beams {
+    let of_beam = |(_, segment): &(u32, Segment)| {
         let (beside, behind) = offsets(segment, apex);
-        slack = slack.max(beside).max(behind);
-    }
+        beside.max(behind)
+    };
+    let slack = beams.par_iter().with_min_len(PER_TASK).map(of_beam).reduce(|| 0.0, f64::max);
     (slack <= MAX_SLACK * (1.0 + largest)).then_some((slack * (1.0 + 1e-6)) as f32)
 }
 

@@ -45,10 +45,13 @@ impl Vicinity {
         let bits = vec![0; size.iter().product::<usize>().div_ceil(64)];
         let min = bounds.min - Vec3::splat(1.25 * edge);
         let mut vicinity = Vicinity { min, scale, size, reach: REACH * edge, bits };
-        let mut own: Vec<usize> = points.map(|p| vicinity.cell(p).expect("it is within")).collect();
-        own.sort_unstable();
-        own.dedup();
-        own.into_iter().for_each(|cell| vicinity.mark_around(cell));
+        let mut is_done = vec![false; size.iter().product()];
+        for p in points {
+            let cell = vicinity.cell(p).expect("it is within");
+            if !std::mem::replace(&mut is_done[cell], true) {
+                vicinity.mark_around(cell);
+            }
+        }
         vicinity
     }
 

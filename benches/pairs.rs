@@ -1,7 +1,7 @@
 //! What a search costs where pairs are worth what they are in a render: photons of a real scene look for their receivers,
 //! and every pair is evaluated and deposited; against a loop over the very pairs that does the same without a search.
-//! One thread; throughput is in accepted pairs. Photons come in the order of space, task by task, as gathering has them, and
-//! sorting counts.
+//! One thread; throughput is in accepted pairs. Photons come in the order of space within tasks of as many as gathering may
+//! have in one, and sorting counts.
 
 use std::path::PathBuf;
 
@@ -142,13 +142,14 @@ fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: 
             order.into_iter().map(|(_, index)| &photons[index as usize])
         })
     };
-    let (mut flat, mut pairs) = (Vec::new(), 0);
+    let (mut flat, mut pairs, all) = (Vec::new(), 0, kind.photons().len());
     for photon in in_order() {
         let mut found = Vec::new();
         kind.search(stage, photon, |pair| found.push(pair));
         pairs += found.len();
         flat.push((photon, found));
     }
+    println!("{name}: {all} photons, {} of them look for receivers, {pairs} pairs", flat.len());
     let out = || Gathered::new(Splat::new(stage.receivers.paths.new_sums().places()));
 
     let mut group = criterion.benchmark_group(name);

@@ -83,7 +83,7 @@ fn measure(name: &str, loaded: &mut LoadedScene) {
         .map(|lanes| (format!("nobody looks, batches of {lanes}"), Vec::new()))
         .collect();
     rows.push((format!("uniform shooting, batches of {own_lanes}"), Vec::new()));
-    rows.push((format!("chains, batches of {chain_lanes}"), Vec::new()));
+    rows.push((format!("chains, {chain_lanes} of them"), Vec::new()));
     // The first turn compiles programs.
     for turn in 0..=TURNS as u64 {
         let mut rates: Vec<f64> =

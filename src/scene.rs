@@ -375,7 +375,7 @@ impl Planes {
         self.set(lane, value.into());
     }
 
-    /// One after another.
+    /// The three planes, one after another.
     fn planes_mut(&mut self) -> impl Iterator<Item = &mut [f32]> {
         self.values.chunks_exact_mut(self.lanes.max(1))
     }
@@ -588,7 +588,7 @@ impl PhotonVertices {
     }
 }
 
-/// Lanes of which a part is a task for a thread of its own.
+/// From so many lanes on each part is a task; fewer are sooner done than handed over.
 const SHARED_LANES: usize = 8192;
 
 /// Does something to parts of so many lanes; the scene lends the threads, if that is worth it.

@@ -14,6 +14,7 @@ use crate::transport::numbers::Numbers;
 use crate::transport::photon::{Family, PerFamily};
 use rand::Rng;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Share of the states that may be lost at new receivers before chains start anew.
 const LOST_SHARE: f64 = 0.05;
@@ -27,6 +28,14 @@ const CHAINS_PER_TASK: usize = 2048;
 pub struct State {
     pub sample: PrimarySample,
     pub deposits: Vec<Deposit>,
+}
+
+impl State {
+    /// Keeps its memory.
+    fn copy_from(&mut self, other: &State) {
+        self.sample.clone_from(&other.sample);
+        self.deposits.clone_from(&other.deposits);
+    }
 }
 
 #[derive(Debug, Clone, Default)]
@@ -117,7 +126,7 @@ impl GroupResult {
 
 /// States that the uniform stream gives to a group: by iteration, the chain's number within the group and
 /// its new state.
-type Replacements = Vec<Vec<(usize, State)>>;
+type Replacements = Vec<Vec<(usize, Arc<State>)>>;
 
 /// Numbers each batch of a pass, so that no two draw from one stream.
 #[derive(Debug, Clone, Copy)]
@@ -264,17 +273,17 @@ impl Population {
         &mut self,
         offered: Vec<State>,
         dice: &mut impl Rng,
-        mut replace: impl FnMut(usize, State),
+        mut replace: impl FnMut(usize, Arc<State>),
     ) {
         let count = self.chains.len();
         for state in offered {
             self.offers += 1;
             let share = count as f64 / self.offers as f64;
             let replaced = ((share + dice.random::<f64>()) as usize).clamp(1, count);
-            let chains = rand::seq::index::sample(dice, count, replaced);
-            // Next to always there is one, and nothing is copied.
-            (1..replaced).for_each(|further| replace(chains.index(further), state.clone()));
-            replace(chains.index(0), state);
+            let state = Arc::new(state);
+            for chain in rand::seq::index::sample(dice, count, replaced) {
+                replace(chain, state.clone());
+            }
             self.counts.exchanges += replaced as u64;
         }
     }
@@ -310,6 +319,7 @@ impl Population {
         step: impl Fn(T, &mut [Chain], Clock, &mut GroupResult) -> SceneResult<()> + Sync,
     ) -> SceneResult<Counters> {
         let groups = self.chains.len().div_ceil(lanes);
+        assert_eq!(given.len(), groups, "each group is given something");
         let first = clock.take((groups * iterations) as u64);
         let places = self.sums.places();
         let run =
@@ -388,11 +398,16 @@ fn renew_group(
     Ok(())
 }
 
-fn replace(group: &mut [Chain], replaced: Vec<(usize, State)>, result: &mut GroupResult) {
+/// Gives chains the states that were offered to them. For each of those at most one becomes spare.
+fn replace(group: &mut [Chain], replaced: Vec<(usize, Arc<State>)>, result: &mut GroupResult) {
     for (chain, state) in replaced {
         let chain = &mut group[chain];
         chain.settle(&mut result.deposits);
-        result.spares.push(std::mem::replace(&mut chain.state, state));
+        match Arc::try_unwrap(state) {
+            Ok(state) => result.spares.push(std::mem::replace(&mut chain.state, state)),
+            // One offer for several chains: the last of them gets its memory.
+            Err(shared) => chain.state.copy_from(&shared),
+        }
         chain.is_fresh = true;
     }
 }
@@ -477,5 +492,44 @@ impl Acceptance<'_, '_> {
                 self.accepted += 1;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use rand_pcg::Pcg64Mcg;
+
+    const CHAINS: usize = 50;
+
+    fn state(number: u32) -> State {
+        let deposit = Deposit { pixel: 0, radiance: Rgb::ONE, bias: 0.0 };
+        State { sample: vec![number as f32], deposits: vec![deposit] }
+    }
+
+    /// However often chains start anew, no more states become spare than were offered: memory stays.
+    #[test]
+    fn spare_states_are_no_more_than_offers() {
+        let mut dice = uniform::stream(3, Purpose::MediumExchange, 0, 0);
+        let mut population = Population::new(Family::Medium, CHAINS, PixelSums::new(1));
+        for start in 0..20 {
+            population.chains.fill(Chain::default());
+            population.offers = 0;
+            for round in 0..3 {
+                let offers = (0..7).map(|offer| state(100 * start + 10 * round + offer)).collect();
+                let spares = offer(&mut population, offers, &mut dice);
+                assert!(spares <= 7, "{spares} states are spare after 7 offers");
+                assert_eq!(population.active(), CHAINS);
+            }
+        }
+    }
+
+    /// Offers these states and returns how many became spare.
+    fn offer(population: &mut Population, states: Vec<State>, dice: &mut Pcg64Mcg) -> usize {
+        let (mut replaced, mut result) = (Vec::new(), GroupResult::new(1));
+        population.exchange(states, dice, |chain, state| replaced.push((chain, state)));
+        replace(&mut population.chains, replaced, &mut result);
+        result.spares.len()
     }
 }

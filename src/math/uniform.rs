@@ -43,11 +43,11 @@ pub fn stream(seed: u64, purpose: Purpose, pass: u64, batch: u64) -> Pcg64Mcg {
 /// Fills a buffer with numbers in [0,1).
 pub fn fill(rng: &mut Pcg64Mcg, numbers: &mut Vec<f32>, count: usize) {
     numbers.resize(count, 0.0);
-    draw(rng, numbers);
+    fill_slice(rng, numbers);
 }
 
 /// The same for a buffer of known length.
-pub fn draw(rng: &mut Pcg64Mcg, numbers: &mut [f32]) {
+pub fn fill_slice(rng: &mut Pcg64Mcg, numbers: &mut [f32]) {
     rng.fill(numbers);
 }
 

@@ -247,6 +247,10 @@ impl<N: Numbers> Numbers for Remembered<N> {
         self.numbers.steps(scene, steps, alive, out);
     }
 
+    fn used(&mut self, alive: &mut Vec<u32>, planes: &mut Vec<f32>) {
+        self.numbers.used(alive, planes);
+    }
+
     fn weights(&self) -> Option<&[f32]> {
         self.numbers.weights()
     }

@@ -37,15 +37,15 @@ pub struct Alive<'a> {
     pub walks: &'a [u32],
 }
 
-/// Independent numbers from a stream.
-pub struct Uniform(pub Pcg64Mcg);
-
 /// The next numbers of a stream, drawn by the threads that a scene lends.
 pub fn draw(rng: &mut Pcg64Mcg, scene: &dyn Scene, out: &mut Vec<f32>, count: usize) {
     out.resize(count, 0.0);
     let parts = out.chunks_mut(PER_TASK).map(|part| (uniform::split_off(rng, part.len()), part));
-    crew::for_each(scene, parts.collect(), |(mut rng, part)| uniform::draw(&mut rng, part));
+    crew::for_each(scene, parts.collect(), |(mut rng, part)| uniform::fill_slice(&mut rng, part));
 }
+
+/// Independent numbers from a stream.
+pub struct Uniform(pub Pcg64Mcg);
 
 impl Numbers for Uniform {
     const KNOWS_WALKS: bool = false;

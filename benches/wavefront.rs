@@ -105,7 +105,7 @@ fn measure(name: &str, loaded: &mut LoadedScene) {
 fn unseen(scene: &dyn Scene, plan: &Plan, lanes: usize, turn: u64) -> f64 {
     let start = Instant::now();
     let mut vertices = 0;
-    for batch in 0..(WALKS / lanes as u64).max(1) {
+    for batch in 0..WALKS / lanes as u64 {
         let mut numbers = Uniform(uniform::stream(SEED, Purpose::Photons, turn, batch));
         let walks = Walks { scene, plan, count: lanes, with_segments: false };
         vertices += walks.trace(&mut numbers, |_, _| Ok(())).expect("walks").segments;

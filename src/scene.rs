@@ -554,7 +554,8 @@ impl PhotonVertices {
         let walks = &self.walk;
         let segments = self.segments.as_mut().map(|segments| &mut segments.flux);
         let fluxes = [&mut self.flux].into_iter().chain(segments);
-        for_each_part(scene, walks.len(), fluxes.flat_map(Planes::planes_mut), |plane| {
+        let planes = fluxes.flat_map(Planes::planes_mut).collect();
+        crew::for_each_if(walks.len() >= SHARED_LANES, scene, planes, |plane: &mut [f32]| {
             for (value, &walk) in plane.iter_mut().zip(walks) {
                 *value *= weights[walk as usize];
             }
@@ -567,7 +568,8 @@ impl PhotonVertices {
         let present: Vec<u32> = (0..self.event.len() as u32).filter(present).collect();
         let lanes = self.event.len();
         if present.len() < lanes {
-            for_each_part(scene, lanes, self.parts(), |part| part.keep(&present));
+            let is_worth_it = lanes >= SHARED_LANES;
+            crew::for_each_if(is_worth_it, scene, self.parts(), |part| part.keep(&present));
         }
     }
 
@@ -590,20 +592,6 @@ impl PhotonVertices {
 
 /// From so many lanes on each part is a task; fewer are sooner done than handed over.
 const SHARED_LANES: usize = 8192;
-
-/// Does something to parts of so many lanes; the scene lends the threads, if that is worth it.
-fn for_each_part<T: Send>(
-    scene: &dyn Scene,
-    lanes: usize,
-    parts: impl IntoIterator<Item = T>,
-    task: impl Fn(T) + Sync,
-) {
-    if lanes < SHARED_LANES {
-        parts.into_iter().for_each(task);
-    } else {
-        crew::for_each(scene, parts.into_iter().collect(), task);
-    }
-}
 
 /// A part of photon vertices.
 enum Part<'a> {

@@ -4,7 +4,7 @@ use super::mutation::Mutation;
 use crate::crew;
 use crate::math::uniform;
 use crate::scene::{Scene, EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
-use crate::transport::numbers::{Alive, Numbers};
+use crate::transport::numbers::{cut, Alive, Numbers};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
@@ -183,16 +183,10 @@ fn mutate_all(mutation: Mutation, known: &[f32; LANES_AT_ONCE], drawn: &mut [f32
     }
 }
 
-/// Cuts planes into the lanes of tasks.
-fn cut<'a>(planes: &'a mut [f32], lanes: usize, rng: &mut Pcg64Mcg) -> Vec<Lanes<'a>> {
-    let start = |first| Lanes { first, planes: Vec::new(), rng: Pcg64Mcg::from_rng(rng) };
-    let mut tasks: Vec<_> = (0..lanes).step_by(LANES_PER_TASK).map(start).collect();
-    for plane in planes.chunks_exact_mut(lanes.max(1)) {
-        for (task, part) in tasks.iter_mut().zip(plane.chunks_mut(LANES_PER_TASK)) {
-            task.planes.push(part);
-        }
-    }
-    tasks
+/// The lanes of each task.
+fn tasks<'a>(planes: &'a mut [f32], lanes: usize, rng: &mut Pcg64Mcg) -> Vec<Lanes<'a>> {
+    let parts = (0..).step_by(LANES_PER_TASK).zip(cut(planes, lanes, LANES_PER_TASK));
+    parts.map(|(first, planes)| Lanes { first, planes, rng: Pcg64Mcg::from_rng(rng) }).collect()
 }
 
 impl Numbers for Mutated<'_> {
@@ -203,7 +197,7 @@ impl Numbers for Mutated<'_> {
         let known = |walk: usize| samples[walk];
         // The seed, which comes last, names a stream of hashes: a neighbour of it has nothing in common with it.
         let (mutated, seeds) = out.split_at_mut(EMIT_SEED * walks);
-        crew::for_each(scene, cut(mutated, walks, &mut self.rng), |lanes| {
+        crew::for_each(scene, tasks(mutated, walks, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
         for (seed, sample) in seeds.iter_mut().zip(samples) {
@@ -217,7 +211,7 @@ impl Numbers for Mutated<'_> {
         let (samples, mutation) = (&self.samples, self.mutation);
         let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * steps.start;
         let known = |lane: usize| samples[walks[lane] as usize].get(first..).unwrap_or_default();
-        crew::for_each(scene, cut(out, lanes, &mut self.rng), |lanes| {
+        crew::for_each(scene, tasks(out, lanes, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
     }

@@ -202,11 +202,9 @@ impl PixelSums {
                 }
             }
         };
-        if batches.iter().map(Deposits::count).sum::<usize>() < ADDED_ALONE {
-            self.sums.chunks_mut(pixels).enumerate().for_each(add);
-        } else {
-            crew::for_each(scene, self.sums.chunks_mut(pixels).enumerate().collect(), add);
-        }
+        let is_worth_it = batches.iter().map(Deposits::count).sum::<usize>() >= ADDED_ALONE;
+        let shares = self.sums.chunks_mut(pixels).enumerate().collect();
+        crew::for_each_if(is_worth_it, scene, shares, add);
         let counts = self.counts.chunks_mut(pixels).enumerate().collect();
         crew::for_each(scene, counts, |(share, counts): (usize, &mut [u64])| {
             for deposit in batches.iter().flat_map(|batch| batch.of_share(share)) {

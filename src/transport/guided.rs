@@ -1,6 +1,6 @@
 //! Walks whose emission may be guided.
 
-use super::numbers::{Alive, Numbers, Uniform};
+use super::numbers::{cut, Alive, Numbers, Uniform};
 use crate::crew;
 use crate::guide::{EmissionGuide, GUIDED_DIMENSIONS};
 use crate::math::uniform;
@@ -33,16 +33,13 @@ impl Numbers for Guided<'_> {
         self.rest.emission(scene, walks, out);
         let Some(guide) = self.guide else { return };
         self.weights.resize(walks, 1.0);
-        let mut tasks: Vec<Warp> = Vec::with_capacity(walks.div_ceil(PER_TASK));
-        for weights in self.weights.chunks_mut(PER_TASK) {
+        let guided = &mut out[..GUIDED_DIMENSIONS * walks];
+        let parts = cut(guided, walks, PER_TASK).into_iter().zip(self.weights.chunks_mut(PER_TASK));
+        let tasks = parts.map(|(planes, weights)| {
             let rng = uniform::split_off(&mut self.rest.0, weights.len() * GUIDED_DIMENSIONS);
-            tasks.push(Warp { guide, rng, planes: Vec::with_capacity(GUIDED_DIMENSIONS), weights });
-        }
-        for plane in out.chunks_exact_mut(walks.max(1)).take(GUIDED_DIMENSIONS) {
-            let parts = tasks.iter_mut().zip(plane.chunks_mut(PER_TASK));
-            parts.for_each(|(task, part)| task.planes.push(part));
-        }
-        crew::for_each(scene, tasks, Warp::run);
+            Warp { guide, rng, planes, weights }
+        });
+        crew::for_each(scene, tasks.collect(), Warp::run);
     }
 
     fn steps(&mut self, scene: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {

@@ -12,7 +12,7 @@ use vpt::math::Approach;
 use vpt::method::Silent;
 use vpt::plan::Plan;
 use vpt::scene::Scene;
-use vpt::transport::gather::{Particles, PER_TASK};
+use vpt::transport::gather::{per_task, Particles};
 use vpt::transport::pairs::{Gathered, Pairs};
 use vpt::transport::photon::{MediumPhoton, SurfacePhoton};
 use vpt::transport::photon_beam::{BeamKind, PhotonBeam, PhotonBeams};
@@ -23,6 +23,8 @@ use vpt::transport::view;
 
 const SCENES: [&str; 2] = ["cornell_fog", "window_room"];
 const WALKS: u64 = 20_000;
+/// Photons of a full step, by which tasks are cut.
+const BATCH: usize = 131_072;
 /// Walks whose photons are beams, which make many more pairs each.
 const BEAM_WALKS: u64 = 2_000;
 const SEED: u64 = 1;
@@ -40,12 +42,13 @@ trait Kind {
     type Photon;
     type Pair: Copy;
     fn photons(&self) -> &[Self::Photon];
-    fn place(&self, stage: &Stage, photon: &Self::Photon) -> u32;
-    /// Whether it is worth a place in the order of photons.
-    fn may_find(&self, _: &Stage, _: &Self::Photon) -> bool {
-        true
-    }
-    fn search(&self, stage: &Stage, photon: &Self::Photon, visit: impl FnMut(Self::Pair));
+    /// The pairs of one task's photons.
+    fn search<'a>(
+        &self,
+        stage: &Stage,
+        photons: &'a [Self::Photon],
+        visit: impl FnMut(&'a Self::Photon, Self::Pair),
+    );
     fn add(&self, stage: &Stage, photon: &Self::Photon, pair: Self::Pair, out: &mut Out);
 }
 
@@ -59,13 +62,15 @@ impl Kind for PointsOnBeams<'_> {
         self.0
     }
 
-    fn place(&self, stage: &Stage, photon: &MediumPhoton) -> u32 {
-        stage.receivers.place_among_beams(photon.position)
-    }
-
-    fn search(&self, stage: &Stage, photon: &MediumPhoton, mut visit: impl FnMut(Self::Pair)) {
+    fn search<'a>(
+        &self,
+        stage: &Stage,
+        photons: &'a [MediumPhoton],
+        mut visit: impl FnMut(&'a MediumPhoton, Self::Pair),
+    ) {
         let radius = stage.pairs.radii.medium;
-        stage.receivers.beams_around(photon.position, radius, |i, t, d2| visit((i, t, d2)));
+        let visit = |photon, i, t, d2| visit(photon, (i, t, d2));
+        stage.receivers.beams_around_each(photons.iter(), radius, visit);
     }
 
     fn add(&self, stage: &Stage, photon: &MediumPhoton, (i, t, d2): Self::Pair, out: &mut Out) {
@@ -83,18 +88,16 @@ impl Kind for PointsOnPoints<'_> {
         self.0
     }
 
-    fn place(&self, stage: &Stage, photon: &SurfacePhoton) -> u32 {
-        stage.receivers.place_among_points(photon.position)
-    }
-
-    fn may_find(&self, stage: &Stage, photon: &SurfacePhoton) -> bool {
-        let radius = stage.pairs.radii.surface;
-        stage.receivers.point_tree.may_find(photon.position, radius)
-    }
-
-    fn search(&self, stage: &Stage, photon: &SurfacePhoton, mut visit: impl FnMut(Self::Pair)) {
-        let (tree, radius) = (&stage.receivers.point_tree, stage.pairs.radii.surface);
-        tree.query_places(photon.position, radius, |i, place, d2| visit((i, place, d2)));
+    fn search<'a>(
+        &self,
+        stage: &Stage,
+        photons: &'a [SurfacePhoton],
+        mut visit: impl FnMut(&'a SurfacePhoton, Self::Pair),
+    ) {
+        let (receivers, radius) = (stage.receivers, stage.pairs.radii.surface);
+        let may_find = |p: &&SurfacePhoton| receivers.point_tree.may_find(p.position, radius);
+        let visit = |photon, i, place, d2| visit(photon, (i, place, d2));
+        receivers.points_around_each(photons.iter().filter(may_find), radius, visit);
     }
 
     fn add(&self, stage: &Stage, photon: &SurfacePhoton, (i, p, d2): Self::Pair, out: &mut Out) {
@@ -113,14 +116,17 @@ impl Kind for BeamsOnBeams<'_> {
         &self.0.beams
     }
 
-    /// They keep their order.
-    fn place(&self, _: &Stage, _: &PhotonBeam) -> u32 {
-        0
-    }
-
-    fn search(&self, stage: &Stage, photon: &PhotonBeam, mut visit: impl FnMut(Self::Pair)) {
+    fn search<'a>(
+        &self,
+        stage: &Stage,
+        photons: &'a [PhotonBeam],
+        mut visit: impl FnMut(&'a PhotonBeam, Self::Pair),
+    ) {
         let radius = stage.pairs.radii.medium;
-        stage.receivers.beams_along(&photon.segment, radius, |i, approach| visit((i, approach)));
+        for photon in photons {
+            let visit = |index, approach| visit(photon, (index, approach));
+            stage.receivers.beams_along(&photon.segment, radius, visit);
+        }
     }
 
     fn add(&self, stage: &Stage, photon: &PhotonBeam, (i, approach): Self::Pair, out: &mut Out) {
@@ -131,25 +137,12 @@ impl Kind for BeamsOnBeams<'_> {
 
 /// Times search and flat loop over the same pairs.
 fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: &K) {
-    let in_order = || {
-        kind.photons().chunks(PER_TASK).flat_map(|photons| {
-            let mut order: Vec<(u32, u32)> = (0..)
-                .zip(photons)
-                .filter(|(_, photon)| kind.may_find(stage, photon))
-                .map(|(index, photon)| (kind.place(stage, photon), index))
-                .collect();
-            radsort::sort_by_key(&mut order, |(place, _)| *place);
-            order.into_iter().map(|(_, index)| &photons[index as usize])
-        })
-    };
-    let (mut flat, mut pairs, all) = (Vec::new(), 0, kind.photons().len());
-    for photon in in_order() {
-        let mut found = Vec::new();
-        kind.search(stage, photon, |pair| found.push(pair));
-        pairs += found.len();
-        flat.push((photon, found));
+    let (mut flat, all) = (Vec::new(), kind.photons().len());
+    for photons in kind.photons().chunks(per_task(BATCH)) {
+        kind.search(stage, photons, |photon, pair| flat.push((photon, pair)));
     }
-    println!("{name}: {all} photons, {} of them look for receivers, {pairs} pairs", flat.len());
+    let pairs = flat.len();
+    println!("{name}: {all} photons, {pairs} pairs");
     let out = || Gathered::new(Splat::new(stage.receivers.paths.new_sums().places()));
 
     let mut group = criterion.benchmark_group(name);
@@ -157,8 +150,8 @@ fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: 
     group.bench_function("no_search", |bencher| {
         bencher.iter(|| {
             let mut out = out();
-            for (photon, found) in &flat {
-                found.iter().for_each(|&pair| kind.add(stage, photon, pair, &mut out));
+            for &(photon, pair) in &flat {
+                kind.add(stage, photon, pair, &mut out);
             }
             out
         });
@@ -166,8 +159,9 @@ fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: 
     group.bench_function("search", |bencher| {
         bencher.iter(|| {
             let mut out = out();
-            for photon in in_order() {
-                kind.search(stage, photon, |pair| kind.add(stage, photon, pair, &mut out));
+            for photons in kind.photons().chunks(per_task(BATCH)) {
+                let add = |photon, pair| kind.add(stage, photon, pair, &mut out);
+                kind.search(stage, photons, add);
             }
             out
         });

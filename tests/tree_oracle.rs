@@ -407,6 +407,9 @@ fn check_points(points: &[Vec3], places: &[Vec3], radii: &[f32]) -> usize {
     let mut sorted = tree.clone();
     let order = sorted.take_order();
     sorted.validate().unwrap();
+    for &radius in radii {
+        check_all_at_once(&tree, places, radius);
+    }
     let mut count = 0;
     for &p in places {
         for &radius in radii {
@@ -432,6 +435,21 @@ fn check_points(points: &[Vec3], places: &[Vec3], radii: &[f32]) -> usize {
         }
     }
     count
+}
+
+/// Asked all at once, as they come, each place finds what it finds alone.
+fn check_all_at_once(tree: &ViewPointTree, places: &[Vec3], radius: f32) {
+    let mut together = vec![Vec::new(); places.len()];
+    tree.query_all(places, radius, |which, index, _, d2| {
+        together[which].push((index, d2.to_bits()))
+    });
+    for (&p, mut together) in places.iter().zip(together) {
+        let mut alone = Vec::new();
+        tree.query(p, radius, |index, d2| alone.push((index, d2.to_bits())));
+        alone.sort_unstable();
+        together.sort_unstable();
+        assert_eq!(together, alone, "place {p}, radius {radius}, beside others");
+    }
 }
 
 #[test]

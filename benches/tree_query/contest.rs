@@ -82,20 +82,19 @@ impl<'a, P> Contest<'a, P> {
         &mut self,
         name: &str,
         place: impl Fn(&P) -> u32,
-        query: impl Fn(&P, &mut Found),
-    ) {
+        query: impl Fn(&[P], &mut Found),
+    ) where
+        P: Copy,
+    {
         self.group.throughput(Throughput::Elements(self.pairs_before[self.photons.len()]));
         self.group.bench_function(BenchmarkId::new(name, self.receivers), |bencher| {
             bencher.iter(|| {
-                let mut order: Vec<u64> = (0..)
-                    .zip(self.photons)
-                    .map(|(index, photon)| u64::from(place(photon)) << 32 | index)
-                    .collect();
-                order.sort_unstable();
+                let mut order: Vec<_> =
+                    self.photons.iter().map(|photon| (place(photon), *photon)).collect();
+                radsort::sort_by_key(&mut order, |(place, _)| *place);
+                let sorted: Vec<P> = order.into_iter().map(|(_, photon)| photon).collect();
                 let mut found = Found::default();
-                for key in order {
-                    query(&self.photons[key as u32 as usize], &mut found);
-                }
+                query(&sorted, &mut found);
                 found.sum
             });
         });

@@ -91,7 +91,13 @@ fn points_on_beams(criterion: &mut Criterion) {
             grid.query(p, radius, |_, t, distance_squared| found.add(t + distance_squared));
         };
         contest.enter("ApexGrid", 1, in_grid);
-        contest.enter_sorted("ApexGrid_sorted", |&p| grid.place(p), in_grid);
+        contest.enter_sorted(
+            "ApexGrid_sorted",
+            |&p| grid.place(p),
+            |photons, found| {
+                photons.iter().for_each(|photon| in_grid(photon, found));
+            },
+        );
         if segments.len() > MANY_BEAMS {
             continue;
         }
@@ -144,7 +150,13 @@ fn points_on_points(criterion: &mut Criterion) {
         let in_tree = |&p: &Vec3, found: &mut Found| tree.query(p, radius, |_, d2| found.add(d2));
         let curve = MortonCurve::through(&Aabb { min: Vec3::ZERO, max: Vec3::ONE });
         contest.enter("ViewPointTree", 1, in_tree);
-        contest.enter_sorted("ViewPointTree_sorted", |&p| curve.place(p), in_tree);
+        contest.enter_sorted(
+            "ViewPointTree_sorted",
+            |&p| curve.place(p),
+            |photons, found| {
+                tree.query_all(photons, radius, |_, _, _, d2| found.add(d2));
+            },
+        );
 
         let coordinates: Vec<_> = visible.iter().map(|p| p.to_array()).collect();
         let kiddo: ImmutableKdTree<f32, 3> = ImmutableKdTree::new_from_slice(&coordinates);

@@ -3,8 +3,10 @@
 use super::Aabb;
 use glam::Vec3;
 
+/// Bits of a cell's coordinate: three bytes to sort by for three axes, and cells that are small beside what is looked for.
+const BITS: u32 = 8;
 /// Cells along an axis.
-const CELLS: f32 = 1024.0;
+const CELLS: f32 = (1 << BITS) as f32;
 
 /// How far along a curve through the cells of a box a place lies, of all that are a number; places outside count as those at
 /// its sides.
@@ -19,7 +21,7 @@ impl MortonCurve {
         MortonCurve { min: bounds.min, scale: CELLS / bounds.extent() }
     }
 
-    /// Below 2³⁰.
+    /// Below 2²⁴.
     #[inline]
     pub fn place(&self, p: Vec3) -> u32 {
         // A flat box divides by zero; the cast sends NaN to 0 and what is too large to the last cell.
@@ -28,13 +30,12 @@ impl MortonCurve {
     }
 }
 
-/// Spreads the bits of `x`, at most ten after clamping, to every third place.
+/// Spreads the bits of `x`, at most [`BITS`] after clamping, to every third place.
 fn interleave(x: u32) -> u32 {
-    let x = x.min(1023);
-    let x = (x | x << 16) & 0x0300_00ff;
-    let x = (x | x << 8) & 0x0300_f00f;
-    let x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
+    let x = x.min((1 << BITS) - 1);
+    let x = (x | x << 8) & 0x0000_f00f;
+    let x = (x | x << 4) & 0x000c_30c3;
+    (x | x << 2) & 0x0024_9249
 }
 
 #[cfg(test)]
@@ -44,10 +45,10 @@ mod tests {
     #[test]
     fn coordinates_take_turns_from_the_highest_bit_on() {
         let curve = MortonCurve::through(&Aabb { min: Vec3::ZERO, max: Vec3::ONE });
-        // Cell 512 has only the highest of ten bits; z comes before y before x.
+        // Cell 128 has only the highest of eight bits; z comes before y before x.
         let halves = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| curve.place(0.5 * axis));
-        assert_eq!(halves, [1 << 27, 1 << 28, 1 << 29]);
-        assert_eq!(curve.place(Vec3::ONE), (1 << 30) - 1);
+        assert_eq!(halves, [1 << 21, 1 << 22, 1 << 23]);
+        assert_eq!(curve.place(Vec3::ONE), (1 << 24) - 1);
         assert_eq!(curve.place(Vec3::splat(-1.0)), 0);
     }
 

@@ -4,9 +4,11 @@
 use super::beam_sample::{self, BeamSample, NUMBERS};
 use super::counters::Counters;
 use super::deposits::{Deposit, Sink};
+use super::numbers::draw;
 use super::pairs::{Gathered, LampSample, Pairs};
 use super::photon::Family;
 use super::view::{ViewBeam, ViewPaths};
+use crate::crew;
 use crate::density::radius::Radii;
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
@@ -17,6 +19,8 @@ use glam::Vec3;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 
+/// Samples of lamps of one task.
+const PER_TASK: usize = 4096;
 /// Receivers of each kind that are asked whether they find a lamp, and the share of finds from which on connections pay.
 const PROBES: usize = 4096;
 const FOUND_SHARE: f64 = 0.002;
@@ -81,24 +85,14 @@ pub fn worthwhile(
     let mut connections = Connections { samples: plan.connections.samples, ..Connections::NONE };
     if plan.simulates(Effect::SurfaceGathering) {
         let places = connector.at_points(&sampled(paths.points.len()));
-        let lanes = 0..places.medium.len();
-        connections.visible_points = are_found(&connector.lamps(&places, lanes, &mut rng)?);
+        connections.visible_points = connector.lamps(&places, |lane| lane, &mut rng)?.are_found();
     }
     if connector.lamps_near.is_empty() {
         let beams = sampled(paths.beams.len());
         let drawn = connector.draw(beams.into_iter().enumerate(), &mut rng);
-        connections.view_beams = are_found(&connector.lamps_on_beams(&drawn, &mut rng)?);
+        connections.view_beams = connector.lamps_on_beams(&drawn, &mut rng)?.are_found();
     }
     Ok(connections)
-}
-
-/// Whether a good share of the samples is lit, and none by a lamp that cannot be sampled from where it is seen.
-fn are_found(sampled: &[LampSample]) -> bool {
-    if sampled.iter().any(|lamp| !lamp.irradiance.is_finite()) {
-        return false;
-    }
-    let found = sampled.iter().filter(|lamp| !lamp.irradiance.is_zero()).count();
-    found as f64 > FOUND_SHARE * sampled.len() as f64
 }
 
 fn range(batch: Batch) -> Range<usize> {
@@ -108,6 +102,33 @@ fn range(batch: Batch) -> Range<usize> {
 /// A uniform number of one of several strata.
 fn stratified(stratum: usize, strata: usize, number: f32) -> f32 {
     ((stratum as f32 + number) / strata as f32).min(uniform::BELOW_ONE)
+}
+
+/// Samples of the lamps, each of so many for its receiver.
+struct Lamps {
+    light: LampLight,
+    samples: f32,
+}
+
+impl Lamps {
+    fn at(&self, lane: usize) -> LampSample {
+        LampSample {
+            direction: self.light.direction.get(lane),
+            irradiance: self.light.irradiance.rgb(lane) / self.samples,
+            density: self.light.density.as_ref().map_or(0.0, |density| density[lane]),
+        }
+    }
+
+    /// Whether a good share of the samples is lit, and none by a lamp that cannot be sampled from where it is seen.
+    fn are_found(&self) -> bool {
+        let lanes = self.light.irradiance.lanes();
+        let irradiances = (0..lanes).map(|lane| self.at(lane).irradiance);
+        if irradiances.clone().any(|irradiance| !irradiance.is_finite()) {
+            return false;
+        }
+        let found = irradiances.filter(|irradiance| !irradiance.is_zero()).count();
+        found as f64 > FOUND_SHARE * lanes as f64
+    }
 }
 
 /// A place that is drawn on a view beam.
@@ -147,31 +168,31 @@ impl<'a> Connector<'a> {
 
     fn points(&self, samples: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
         let indices: Vec<usize> = samples.clone().map(|sample| self.receiver_of(sample)).collect();
-        let lamps = self.lamps(&self.at_points(&indices), samples, rng)?;
-        let mut out = Gathered::new(Found::default());
-        for (&index, lamp) in indices.iter().zip(lamps) {
-            self.pairs.lamp_on_point(lamp, &self.pairs.paths.points[index], &mut out);
-        }
-        self.resolve(out, indices.len())
+        let lamps = self.lamps(&self.at_points(&indices), |lane| samples.start + lane, rng)?;
+        self.gather(indices.len(), |lane, out| {
+            let point = &self.pairs.paths.points[indices[lane]];
+            self.pairs.lamp_on_point(lamps.at(lane), point, out);
+        })
     }
 
     fn beams(&self, samples: Range<usize>, rng: &mut Pcg64Mcg) -> SceneResult<(Found, Counters)> {
         let drawn = self.draw(samples.map(|sample| (sample, self.receiver_of(sample))), rng);
         let lamps = self.lamps_on_beams(&drawn, rng)?;
-        let mut out = Gathered::new(Found::default());
-        for (Drawn { beam, place, .. }, lamp) in drawn.iter().zip(lamps) {
-            self.pairs.lamp_on_beam(lamp, *beam, place.t, place.density, &mut out);
-        }
-        self.resolve(out, drawn.len())
+        self.gather(drawn.len(), |lane, out| {
+            let Drawn { beam, place, .. } = drawn[lane];
+            self.pairs.lamp_on_beam(lamps.at(lane), beam, place.t, place.density, out);
+        })
     }
 
     fn at_points(&self, indices: &[usize]) -> Places {
-        let paths = self.pairs.paths;
-        let normal = |&index: &usize| paths.points[index].geometric_normal.into();
+        let (paths, lanes) = (self.pairs.paths, indices.len());
+        let normal = |lane: usize| paths.points[indices[lane]].geometric_normal.into();
         Places {
             medium: indices.iter().map(|&index| paths.point_media[index]).collect(),
-            position: Planes::push_all(indices.iter().map(|&index| paths.point_positions[index])),
-            normal: Planes::push_all(indices.iter().map(normal)),
+            position: Planes::of_lanes(self.scene, lanes, |lane| {
+                paths.point_positions[indices[lane]]
+            }),
+            normal: Planes::of_lanes(self.scene, lanes, normal),
         }
     }
 
@@ -192,40 +213,54 @@ impl<'a> Connector<'a> {
         drawn
     }
 
-    fn lamps_on_beams(&self, drawn: &[Drawn], rng: &mut Pcg64Mcg) -> SceneResult<Vec<LampSample>> {
-        let position = drawn.iter().map(|drawn| drawn.beam.segment.at(drawn.place.t));
+    fn lamps_on_beams(&self, drawn: &[Drawn], rng: &mut Pcg64Mcg) -> SceneResult<Lamps> {
+        let position = |lane: usize| drawn[lane].beam.segment.at(drawn[lane].place.t);
         let places = Places {
             medium: drawn.iter().map(|drawn| drawn.beam.record.medium).collect(),
-            position: Planes::push_all(position),
-            normal: Planes::push_all(drawn.iter().map(|_| Vec3::ZERO)),
+            position: Planes::of_lanes(self.scene, drawn.len(), position),
+            normal: Planes::of_lanes(self.scene, drawn.len(), |_| Vec3::ZERO),
         };
-        self.lamps(&places, drawn.iter().map(|drawn| drawn.sample), rng)
+        self.lamps(&places, |lane| drawn[lane].sample, rng)
     }
 
     /// A sample of the lamps for each place, by its number: those of one receiver are spread over the lamps.
     fn lamps(
         &self,
         places: &Places,
-        samples: impl Iterator<Item = usize>,
+        sample_of: impl Fn(usize) -> usize + Sync,
         rng: &mut Pcg64Mcg,
-    ) -> SceneResult<Vec<LampSample>> {
+    ) -> SceneResult<Lamps> {
         let lanes = places.medium.len();
-        if lanes == 0 {
-            return Ok(Vec::new());
-        }
         let density = self.glossy_chains.then(Vec::new);
         let (mut numbers, mut light) = (Vec::new(), LampLight { density, ..LampLight::default() });
-        uniform::fill(rng, &mut numbers, LAMP_DIMENSIONS * lanes);
-        for (sample, number) in samples.zip(&mut numbers[..lanes]) {
-            *number = stratified(sample % self.samples, self.samples, *number);
+        if lanes > 0 {
+            draw(rng, self.scene, &mut numbers, LAMP_DIMENSIONS * lanes);
+            let parts = (0..).step_by(PER_TASK).zip(numbers[..lanes].chunks_mut(PER_TASK));
+            crew::for_each(self.scene, parts.collect(), |(first, numbers)| {
+                for (lane, number) in (first..).zip(numbers) {
+                    *number = stratified(sample_of(lane) % self.samples, self.samples, *number);
+                }
+            });
+            self.scene.lamp_light(places, &numbers, &mut light)?;
         }
-        self.scene.lamp_light(places, &numbers, &mut light)?;
-        let of_lane = |lane| LampSample {
-            direction: light.direction.get(lane),
-            irradiance: light.irradiance.rgb(lane) / self.samples as f32,
-            density: light.density.as_ref().map_or(0.0, |density| density[lane]),
-        };
-        Ok((0..lanes).map(of_lane).collect())
+        Ok(Lamps { light, samples: self.samples as f32 })
+    }
+
+    /// Adds lane by lane, in tasks, and then what the scene has to be asked for.
+    fn gather(
+        &self,
+        lanes: usize,
+        add: impl Fn(usize, &mut Gathered<Found>) + Sync,
+    ) -> SceneResult<(Found, Counters)> {
+        let starts = (0..lanes).step_by(PER_TASK);
+        let mut parts: Vec<_> = starts.map(|_| Gathered::new(Found::default())).collect();
+        let tasks = (0..).step_by(PER_TASK).zip(&mut parts).collect();
+        crew::for_each(self.scene, tasks, |(first, out)| {
+            (first..lanes.min(first + PER_TASK)).for_each(|lane| add(lane, out));
+        });
+        let mut all = Gathered::new(Found::default());
+        parts.into_iter().for_each(|part| all.append(part));
+        self.resolve(all, lanes)
     }
 
     /// What was found, and what of the counters is not about photons.

@@ -16,8 +16,10 @@ use crate::transport::photon::PerFamily;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 
-/// Vertices or photon beams of one task.
-pub const PER_TASK: usize = 4096;
+/// Vertices or photon beams of one task at least, and tasks that a step of many is cut into: the more photons look together,
+/// the sooner neighbours find what others have found.
+const PER_TASK: usize = 4096;
+const TASKS: usize = 8;
 /// Pairs that may wait for the scene; bounds memory.
 const ASKED_AT_ONCE: usize = 1 << 14;
 
@@ -69,6 +71,11 @@ impl Target<'_> {
     }
 }
 
+/// How many of a step's vertices or photon beams one task takes.
+pub fn per_task(of_step: usize) -> usize {
+    of_step.div_ceil(TASKS).max(PER_TASK)
+}
+
 /// How photons of a batch look for receivers.
 pub(super) struct Gathering<'a> {
     pub target: &'a Target<'a>,
@@ -76,8 +83,21 @@ pub(super) struct Gathering<'a> {
     wanted: PerFamily<bool>,
 }
 
+/// Photons that look for receivers together.
+#[derive(Default)]
+struct Looking {
+    collisions: Vec<MediumPhoton>,
+    landings: Vec<SurfacePhoton>,
+}
+
+impl Looking {
+    fn count(&self) -> usize {
+        self.collisions.len() + self.landings.len()
+    }
+}
+
 impl Gathering<'_> {
-    /// Gathers after each step of the walks; other threads have batches of their own.
+    /// Gathers in this thread whenever enough photons have come together; other threads have batches of their own.
     fn step_by_step<S: Sink>(
         &self,
         walks: Walks,
@@ -85,17 +105,21 @@ impl Gathering<'_> {
         tables: &mut Pcg64Mcg,
         sink: S,
     ) -> SceneResult<Gathered<S>> {
-        let mut out = Gathered::new(sink);
+        let (mut out, mut looking) = (Gathered::new(sink), Looking::default());
         let counters = walks.trace(numbers, |vertices, _| {
             let beams = self.photon_beams(vertices, tables)?;
             out.counters.photon_table_samples += beams.table_samples;
-            self.lanes(vertices, 0..vertices.event.len(), &mut out);
+            self.collect(vertices, 0..vertices.event.len(), &mut looking, &mut out.counters);
+            if looking.count() >= PER_TASK {
+                self.look(std::mem::take(&mut looking), &mut out);
+            }
             self.beams(&beams, 0..beams.beams.len(), &mut out);
             if out.asked.count() > ASKED_AT_ONCE {
                 out.resolve(self.target.scene)?;
             }
             Ok(())
         })?;
+        self.look(looking, &mut out);
         out.resolve(self.target.scene)?;
         out.counters.add(&counters);
         Ok(out)
@@ -116,34 +140,42 @@ impl Gathering<'_> {
         }
     }
 
-    /// What the ends of these lanes' segments add, one neighbour in space after another: most of the time goes by waiting for
-    /// memory, and what one photon has brought to the cache the next ones find there.
+    /// What the ends of these lanes' segments add.
     pub fn lanes<S: Sink>(&self, v: &PhotonVertices, lanes: Range<usize>, out: &mut Gathered<S>) {
-        let (mut collisions, mut landings) = (Vec::new(), Vec::new());
-        let points = &self.target.receivers.point_tree;
+        let mut looking = Looking::default();
+        self.collect(v, lanes, &mut looking, &mut out.counters);
+        self.look(looking, out);
+    }
+
+    /// Adds those of these lanes' photons that may find anything.
+    fn collect(
+        &self,
+        v: &PhotonVertices,
+        lanes: Range<usize>,
+        looking: &mut Looking,
+        counters: &mut Counters,
+    ) {
+        let Receivers { point_tree: points, .. } = self.target.receivers;
         for lane in lanes {
-            match photon::event(v, lane, self.target.plan, &mut out.counters.dropped_photons) {
-                Event::Medium(p) if self.asks(&p) => collisions.push(p),
+            match photon::event(v, lane, self.target.plan, &mut counters.dropped_photons) {
+                Event::Medium(p) if self.asks(&p) => {
+                    counters.medium_photons += 1;
+                    looking.collisions.push(p);
+                }
                 Event::Surface(p) if self.wanted.surface => {
-                    out.counters.surface_photons += 1;
+                    counters.surface_photons += 1;
                     if points.may_find(p.position, self.pairs.radii.surface) {
-                        landings.push(p);
+                        looking.landings.push(p);
                     }
                 }
                 _ => {}
             }
         }
-        let receivers = self.target.receivers;
-        for_each_in_order(
-            &collisions,
-            |p| receivers.place_among_beams(p.position),
-            |p| self.collision(p, out),
-        );
-        for_each_in_order(
-            &landings,
-            |p| receivers.place_among_points(p.position),
-            |p| self.landing(p, out),
-        );
+    }
+
+    fn look<S: Sink>(&self, photons: Looking, out: &mut Gathered<S>) {
+        self.collisions(&photons.collisions, out);
+        self.landings(&photons.landings, out);
     }
 
     /// What these photon beams add.
@@ -158,11 +190,11 @@ impl Gathering<'_> {
         }
     }
 
-    fn landing<S: Sink>(&self, p: &SurfacePhoton, out: &mut Gathered<S>) {
-        let (tree, radius) = (&self.target.receivers.point_tree, self.pairs.radii.surface);
-        tree.query_places(p.position, radius, |index, position, d2| {
+    fn landings<S: Sink>(&self, photons: &[SurfacePhoton], out: &mut Gathered<S>) {
+        let (receivers, radius) = (self.target.receivers, self.pairs.radii.surface);
+        receivers.points_around_each(photons.iter(), radius, |photon, index, position, d2| {
             let point = &self.pairs.paths.points[index as usize];
-            self.pairs.photon_on_point(p, point, position, d2, out);
+            self.pairs.photon_on_point(photon, point, position, d2, out);
         });
     }
 
@@ -172,26 +204,17 @@ impl Gathering<'_> {
         self.wanted.medium && (is_point || self.pairs.paths.beam_cone.may_be_parallel(p.direction))
     }
 
-    /// A photon point, or the end of a photon beam.
-    fn collision<S: Sink>(&self, p: &MediumPhoton, out: &mut Gathered<S>) {
+    /// Photon points, or the ends of photon beams.
+    fn collisions<S: Sink>(&self, photons: &[MediumPhoton], out: &mut Gathered<S>) {
         let Target { receivers, particles, radii, .. } = self.target;
         let are_points = *particles == Particles::Points;
-        out.counters.medium_photons += 1;
-        receivers.beams_around(p.position, radii.medium, |index, t, d2| {
+        receivers.beams_around_each(photons.iter(), radii.medium, |photon, index, t, d2| {
             let beam = receivers.view_beam(index);
             if are_points {
-                self.pairs.point_on_beam(p, beam, t, d2, out);
+                self.pairs.point_on_beam(photon, beam, t, d2, out);
             } else {
-                self.pairs.parallel_on_beam(p, beam, t, d2, out);
+                self.pairs.parallel_on_beam(photon, beam, t, d2, out);
             }
         });
     }
-}
-
-/// Visits photons by their places, those of one place in the order of the slice.
-fn for_each_in_order<P>(photons: &[P], place: impl Fn(&P) -> u32, visit: impl FnMut(&P)) {
-    let mut order: Vec<(u32, u32)> =
-        (0..).zip(photons).map(|(index, p)| (place(p), index)).collect();
-    radsort::sort_by_key(&mut order, |(place, _)| *place);
-    order.into_iter().map(|(_, index)| &photons[index as usize]).for_each(visit);
 }

@@ -21,6 +21,7 @@ pub mod photon_beam;
 pub mod photon_map;
 pub mod photons;
 pub mod receivers;
+mod search;
 pub mod splat;
 pub mod store;
 pub mod tabulate;

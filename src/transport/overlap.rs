@@ -2,7 +2,7 @@
 //! let the photons of the last ones look for receivers.
 
 use super::deposits::Sink;
-use super::gather::{Gathering, PER_TASK};
+use super::gather::{per_task, Gathering};
 use super::numbers::Numbers;
 use super::pairs::Gathered;
 use super::photon_beam::PhotonBeams;
@@ -102,7 +102,8 @@ fn start<'scope, S: Sink + 'scope>(
 }
 
 fn shares(count: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..count).step_by(PER_TASK).map(move |first| first..count.min(first + PER_TASK))
+    let own = per_task(count);
+    (0..count).step_by(own).map(move |first| first..count.min(first + own))
 }
 
 /// Waits for a step, doing tasks meanwhile, adds what it found, and gives its arrays back for another.

@@ -1,17 +1,19 @@
 //! Transmittance tables along segments that cross varying media. [Collin 2013 §5.3]
 
 use super::extent::{far, OPAQUE_DEPTH};
+use super::numbers::draw;
+use crate::crew;
 use crate::math::{Rgb, Segment};
 use crate::medium::{TableStep, TransmittanceTables, NO_TABLE};
 use crate::scene::*;
-use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
 /// Transmittance tables: points per step, and steps per beam at most.
 const SAMPLES_PER_STEP: usize = 2;
 const MAX_STEPS: usize = 512;
-/// Points at which extinction is asked for in one call, so that they stay in a cache.
+/// Points at which extinction is asked for in one call, so that they stay in a cache, and of one task.
 const SAMPLES_AT_ONCE: usize = 1 << 16;
+const SAMPLES_PER_TASK: usize = 1 << 13;
 /// A step of more optical depth than this is divided into so many, so many times at most.
 const STEEP_DEPTH: f32 = 0.25;
 const STEPS_WITHIN_STEP: usize = 8;
@@ -66,31 +68,53 @@ fn measure(
     rng: &mut Pcg64Mcg,
 ) -> SceneResult<Vec<(usize, usize, TablePlan)>> {
     let (mut points, mut sigma_t) = (MediumPoints::default(), Planes::default());
-    let mut finer = Vec::new();
+    let (mut numbers, mut finer) = (Vec::new(), Vec::new());
     let mut first = 0;
-    while first < plans.len() {
-        let count = at_once(&plans[first..]);
-        let (chunk, mut sample) = (&mut plans[first..first + count], 0);
-        table_points(chunk, crossings, rng, &mut points);
+    for count in groups(plans, SAMPLES_AT_ONCE) {
+        let chunk = &mut plans[first..first + count];
+        let samples = chunk.iter().map(TablePlan::samples).sum();
+        draw(rng, scene, &mut numbers, samples);
+        table_points(scene, chunk, crossings, &numbers, &mut points);
         scene.extinction(&points, &mut sigma_t)?;
+        fill_in(scene, chunk, &sigma_t);
         for (index, plan) in (first..).zip(chunk) {
-            plan.fill_in(&sigma_t, sample);
-            sample += plan.samples();
-            finer.extend(plan.divide().into_iter().map(|(step, finer)| (index, step, finer)));
+            let divided = std::mem::take(&mut plan.divided);
+            finer.extend(divided.into_iter().map(|(step, finer)| (index, step, finer)));
         }
         first += count;
     }
     Ok(finer)
 }
 
-/// How many of these plans are measured together.
-fn at_once(plans: &[TablePlan]) -> usize {
-    let mut samples = 0;
-    let fits = plans.iter().take_while(|plan| {
-        samples += plan.samples();
-        samples <= SAMPLES_AT_ONCE
+/// How many plans, one after another, have no more samples together than `most`; one at least.
+fn groups(plans: &[TablePlan], most: usize) -> Vec<usize> {
+    let (mut counts, mut samples) = (Vec::new(), usize::MAX);
+    for plan in plans {
+        samples = samples.saturating_add(plan.samples());
+        if samples > most {
+            counts.push(0);
+            samples = plan.samples();
+        }
+        *counts.last_mut().expect("the first plan has begun a group") += 1;
+    }
+    counts
+}
+
+/// Fills in the depths of plans and divides them, task by task.
+fn fill_in(scene: &dyn Scene, plans: &mut [TablePlan], sigma_t: &Planes) {
+    let (mut tasks, mut rest, mut first) = (Vec::new(), plans, 0);
+    for count in groups(rest, SAMPLES_PER_TASK) {
+        let (plans, behind) = rest.split_at_mut(count);
+        let samples: usize = plans.iter().map(TablePlan::samples).sum();
+        tasks.push((first, plans));
+        (first, rest) = (first + samples, behind);
+    }
+    crew::for_each(scene, tasks, |(mut sample, plans)| {
+        for plan in plans {
+            plan.fill_in(sigma_t, sample);
+            sample += plan.samples();
+        }
     });
-    fits.count().max(1)
 }
 
 /// Adds a plan's table behind those of its steps; returns its index.
@@ -107,30 +131,45 @@ fn push(plans: &[TablePlan], plan: usize, tables: &mut TransmittanceTables) -> u
     tables.push(plan.start, plan.spacing, &steps)
 }
 
-/// Stratified points along each planned table: the sum over them is an unbiased optical depth.
+/// Stratified points along each planned table, with a number each for its place: the sum over them is an unbiased optical
+/// depth.
 fn table_points(
+    scene: &dyn Scene,
     plans: &[TablePlan],
     crossings: &[Crossing],
-    rng: &mut Pcg64Mcg,
+    numbers: &[f32],
     points: &mut MediumPoints,
 ) {
-    let total: usize = plans.iter().map(TablePlan::samples).sum();
-    points.position.resize(total);
-    points.direction.resize(total);
-    points.medium.clear();
-    for plan in plans {
-        let Crossing { segment, medium } = crossings[plan.crossing];
-        let spacing = plan.spacing / SAMPLES_PER_STEP as f32;
-        for sample in 0..plan.samples() {
-            // What does not change along the segment is the same everywhere on it.
-            let offset = if plan.varies { rng.random() } else { 0.5 };
-            let t = plan.start + (sample as f32 + offset) * spacing;
-            let index = points.medium.len();
-            points.position.set(index, segment.at(t));
-            points.direction.set(index, segment.direction);
-            points.medium.push(medium);
-        }
+    points.position.resize(numbers.len());
+    points.direction.resize(numbers.len());
+    points.medium.resize(numbers.len(), VACUUM);
+    let (mut tasks, mut rest, mut numbers) = (Vec::new(), plans, numbers);
+    let (mut position, mut direction) = (points.position.rows(), points.direction.rows());
+    let mut medium = &mut points.medium[..];
+    for count in groups(plans, SAMPLES_PER_TASK) {
+        let (plans, behind) = rest.split_at(count);
+        let samples = plans.iter().map(TablePlan::samples).sum();
+        let (own, numbers_behind) = numbers.split_at(samples);
+        let (own_medium, medium_behind) = medium.split_at_mut(samples);
+        let out = (position.split_off(samples), direction.split_off(samples), own_medium);
+        tasks.push((plans, own, out));
+        (rest, numbers, medium) = (behind, numbers_behind, medium_behind);
     }
+    crew::for_each(scene, tasks, |(plans, numbers, (mut position, mut direction, medium))| {
+        let mut numbers = (0..).zip(numbers);
+        for plan in plans {
+            let Crossing { segment, medium: crossed } = crossings[plan.crossing];
+            let spacing = plan.spacing / SAMPLES_PER_STEP as f32;
+            for (sample, (index, &number)) in (0..plan.samples()).zip(&mut numbers) {
+                // What does not change along the segment is the same everywhere on it.
+                let offset = if plan.varies { number } else { 0.5 };
+                let t = plan.start + (sample as f32 + offset) * spacing;
+                position.set(index, segment.at(t));
+                direction.set(index, segment.direction);
+                medium[index] = crossed;
+            }
+        }
+    });
 }
 
 /// Where along a crossing the extinction is to be tabulated.
@@ -147,6 +186,8 @@ struct TablePlan {
     /// Of every step: its depth, and the plan that divides it.
     depths: Vec<Rgb>,
     finer: Vec<Option<usize>>,
+    /// The plans that divide steps, until they have a place of their own.
+    divided: Vec<(usize, TablePlan)>,
 }
 
 impl TablePlan {
@@ -172,10 +213,12 @@ impl TablePlan {
             ahead: Rgb::ZERO,
             depths: Vec::new(),
             finer: vec![None; steps],
+            divided: Vec::new(),
         })
     }
 
-    /// Takes the depths of all steps from the extinction at the plan's samples, which begin at `first`.
+    /// Takes the depths of all steps from the extinction at the plan's samples, which begin at `first`, and divides them where
+    /// they are steep.
     fn fill_in(&mut self, sigma_t: &Planes, first: usize) {
         let scale = self.spacing / SAMPLES_PER_STEP as f32;
         let depth_of = |step: usize| {
@@ -184,6 +227,7 @@ impl TablePlan {
                 .fold(Rgb::ZERO, |sum, point| sum + sigma_t.rgb(point).not_negative() * scale)
         };
         self.depths = (0..self.steps).map(depth_of).collect();
+        self.divided = self.divide();
     }
 
     /// Points at which extinction is asked for.
@@ -221,6 +265,7 @@ impl TablePlan {
             ahead,
             depths: Vec::new(),
             finer: vec![None; STEPS_WITHIN_STEP],
+            divided: Vec::new(),
         }
     }
 }

@@ -65,7 +65,7 @@ impl ViewPointTree {
 }
 
 /// Most points in a bucket; testing this many is as cheap as two more planes.
-const BUCKET_SIZE: usize = 16;
+const BUCKET_SIZE: usize = 8;
 
 /// Coordinates by axis; NaN, which is near nothing, where there is no point.
 #[derive(Clone, Copy, Debug)]

@@ -72,8 +72,7 @@ fn measure(
     let mut first = 0;
     for count in groups(plans, SAMPLES_AT_ONCE) {
         let chunk = &mut plans[first..first + count];
-        let samples = chunk.iter().map(TablePlan::samples).sum();
-        draw(rng, scene, &mut numbers, samples);
+        draw(rng, scene, &mut numbers, chunk.iter().map(TablePlan::numbers).sum());
         table_points(scene, chunk, crossings, &numbers, &mut points);
         scene.extinction(&points, &mut sigma_t)?;
         fill_in(scene, chunk, &sigma_t);
@@ -131,8 +130,7 @@ fn push(plans: &[TablePlan], plan: usize, tables: &mut TransmittanceTables) -> u
     tables.push(plan.start, plan.spacing, &steps)
 }
 
-/// Stratified points along each planned table, with a number each for its place: the sum over them is an unbiased optical
-/// depth.
+/// Stratified points along each planned table, from its numbers: the sum over them is an unbiased optical depth.
 fn table_points(
     scene: &dyn Scene,
     plans: &[TablePlan],
@@ -140,33 +138,35 @@ fn table_points(
     numbers: &[f32],
     points: &mut MediumPoints,
 ) {
-    points.position.resize(numbers.len());
-    points.direction.resize(numbers.len());
-    points.medium.resize(numbers.len(), VACUUM);
+    let samples = plans.iter().map(TablePlan::samples).sum();
+    points.position.resize(samples);
+    points.direction.resize(samples);
+    points.medium.resize(samples, VACUUM);
     let (mut tasks, mut rest, mut numbers) = (Vec::new(), plans, numbers);
     let (mut position, mut direction) = (points.position.rows(), points.direction.rows());
     let mut medium = &mut points.medium[..];
     for count in groups(plans, SAMPLES_PER_TASK) {
         let (plans, behind) = rest.split_at(count);
         let samples = plans.iter().map(TablePlan::samples).sum();
-        let (own, numbers_behind) = numbers.split_at(samples);
+        let (own, numbers_behind) = numbers.split_at(plans.iter().map(TablePlan::numbers).sum());
         let (own_medium, medium_behind) = medium.split_at_mut(samples);
         let out = (position.split_off(samples), direction.split_off(samples), own_medium);
         tasks.push((plans, own, out));
         (rest, numbers, medium) = (behind, numbers_behind, medium_behind);
     }
     crew::for_each(scene, tasks, |(plans, numbers, (mut position, mut direction, medium))| {
-        let mut numbers = (0..).zip(numbers);
+        let (mut numbers, mut index) = (numbers.iter(), 0);
         for plan in plans {
             let Crossing { segment, medium: crossed } = crossings[plan.crossing];
             let spacing = plan.spacing / SAMPLES_PER_STEP as f32;
-            for (sample, (index, &number)) in (0..plan.samples()).zip(&mut numbers) {
+            for sample in 0..plan.samples() {
                 // What does not change along the segment is the same everywhere on it.
-                let offset = if plan.varies { number } else { 0.5 };
-                let t = plan.start + (sample as f32 + offset) * spacing;
+                let number = if plan.varies { numbers.next() } else { None };
+                let t = plan.start + (sample as f32 + number.unwrap_or(&0.5)) * spacing;
                 position.set(index, segment.at(t));
                 direction.set(index, segment.direction);
                 medium[index] = crossed;
+                index += 1;
             }
         }
     });
@@ -233,6 +233,15 @@ impl TablePlan {
     /// Points at which extinction is asked for.
     fn samples(&self) -> usize {
         self.steps * SAMPLES_PER_STEP
+    }
+
+    /// Random numbers that they take.
+    fn numbers(&self) -> usize {
+        if self.varies {
+            self.samples()
+        } else {
+            0
+        }
     }
 
     /// Plans for the steps across which transmittance changes too much for a straight line: where dense smoke begins

@@ -69,7 +69,7 @@ const BUCKET_SIZE: usize = 8;
 
 /// Coordinates by axis; NaN, which is near nothing, where there is no point.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
+#[repr(align(32))]
 struct Bucket([[f32; BUCKET_SIZE]; 3]);
 
 impl Bucket {

@@ -28,8 +28,8 @@ fn ball_in_fog(film_size: [u32; 2]) -> World {
 fn receivers_of_the_plain_case_are_small() {
     // Every pixel sees one beam and one point. A beam takes 28 bytes beside the 32 of its segment, and as much of the grid
     // as 4 bytes for each of about as many cells. A point takes 36, and of the tree 12 for every place of a bucket, of
-    // which more than 8 in 16 are filled, with 8 for its plane: 61 at most. The films fill
-    // buckets by 12.5, by as little as 8.1, and entirely.
+    // which more than 4 in 8 are filled, with 8 for its plane: 62 at most. The films fill
+    // buckets by 6.25, by as little as 4.06, and entirely.
     for film_size in [[160, 160], [64, 65], [64, 64]] {
         let world = ball_in_fog(film_size);
         for parameters in [Preset::Fast.parameters(), one_pass(1000, 0.01)] {

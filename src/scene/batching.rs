@@ -11,7 +11,7 @@ pub struct Batching {
     pub lanes: usize,
     /// Whether several threads may drive batches of their own at the same time.
     pub concurrent: bool,
-    /// Vertices that a call of [`PhotonWalk::step`] or [`ViewWalk::step`] should yield, where few walks by several steps each: what a call
+    /// Vertices that a call of [`super::PhotonWalk::step`] or [`super::ViewWalk::step`] should yield, where few walks by several steps each: what a call
     /// costs is the less felt. 1 where calls cost nothing.
     pub launch: usize,
 }

@@ -7,7 +7,7 @@ use crate::math::{Aabb, Rgb};
 pub enum Extinction {
     /// `sigma_t` [1/length] is the same everywhere and in every direction.
     Constant(Rgb),
-    /// Ask [`Scene::extinction`]; the value is the shortest length \[length\] over which the
+    /// Ask [`super::Scene::extinction`]; the value is the shortest length \[length\] over which the
     /// extinction changes (a voxel's edge).
     Varying { feature_size: f32 },
 }
@@ -20,7 +20,7 @@ pub enum Phase {
     HenyeyGreenstein {
         g: f32,
     },
-    /// Ask [`Scene::eval_phase`].
+    /// Ask [`super::Scene::eval_phase`].
     Opaque,
 }
 
@@ -31,7 +31,7 @@ pub struct Medium {
     /// Whether the extinction is known to be the same in all channels, everywhere.
     pub grey: bool,
     /// `sigma_s` [1/length] where it is the same everywhere and in every direction; None to ask
-    /// [`Scene::scattering`].
+    /// [`super::Scene::scattering`].
     pub scattering: Option<Rgb>,
     pub phase: Phase,
     /// Where the medium's extinction can differ from zero; infinite where unbounded.
@@ -72,7 +72,7 @@ pub struct SurfaceFacts {
     pub name: String,
     /// Bits of [`lobes`].
     pub lobes: u32,
-    /// Media on its two sides, or [`VACUUM`].
+    /// Media on its two sides, or [`VACUUM`](super::VACUUM).
     pub interior: u32,
     pub exterior: u32,
 }
@@ -118,7 +118,7 @@ pub struct SceneDescription {
     /// Film coordinates of that grid's first pixel (negative where the filter needs a border).
     pub film_offset: [i32; 2],
     /// Floats per pixel of the film's storage (red, green and blue first, the weight last), the number of
-    /// its pixels and of those in a row, for [`Scene::splat`].
+    /// its pixels and of those in a row, for [`super::Scene::splat`].
     pub film_channels: u32,
     pub film_pixels: u32,
     pub film_width: u32,

@@ -25,7 +25,7 @@ pub mod photon_event {
     }
 }
 
-/// One segment per photon walk, and the event at its end. Filled by [`PhotonWalk::step`].
+/// One segment per photon walk, and the event at its end. Filled by [`super::PhotonWalk::step`].
 ///
 /// `flux` is ready to be deposited: at a collision it includes the single-scattering albedo (and,
 /// for direction-dependent media, everything but the phase function); on a surface it is the flux

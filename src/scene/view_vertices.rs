@@ -20,7 +20,7 @@ pub mod view_flags {
     pub const ABSENT: u32 = 64;
 }
 
-/// One segment per view ray, and the vertex at its end. Filled by [`ViewWalk::step`].
+/// One segment per view ray, and the vertex at its end. Filled by [`super::ViewWalk::step`].
 #[derive(Debug, Clone, Default)]
 pub struct ViewVertices {
     /// Number of the ray within its batch.

@@ -10,8 +10,10 @@
 //! - What is predicted for later passes must be what is estimated then.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use vpt::host::session::{SceneFile, Session};
+use vpt::math::brightness;
 use vpt::method::{ErrorEstimate, Silent};
 
 #[allow(dead_code)]
@@ -115,7 +117,8 @@ impl Case<'_> {
 
 fn judge(estimate: ErrorEstimate, picture: &Image, error: &Image, reference: &Image) -> Judged {
     let t = StudentsT::new(0.0, 1.0, f64::from(estimate.jitters - 1)).unwrap().inverse_cdf(0.975);
-    let floor = (0.1 * reference.mean().iter().sum::<f64>() / 3.0).powi(2);
+    let value = |index: usize| f64::from(reference.pixels[index / 3][index % 3]);
+    let floor = (0.1 * brightness((0..3 * reference.pixels.len()).map(value))).powi(2);
     let (mut squares, mut covered) = (0.0, 0);
     let count = 3 * reference.pixels.len();
     for (pixel, truth) in reference.pixels.iter().enumerate() {
@@ -154,18 +157,19 @@ fn check(methods: &[&'static str], photons: &[u32], seeds: u32) {
 }
 
 /// From 32 passes to 128: what was foretold is what is found, in the mean over seeds. Photons are
-/// so many that noise does not pass for the level of dark pixels, to which bias is compared.
+/// so many that noise does not pass for the level of dark pixels, to which bias is compared. Early renders are more, for
+/// their bias is told less well: 0.044 to 0.050 with three seeds, and factors of 2.3 to 3.9.
 fn predicts(session: &Session) {
     for (scene, photons) in [("room_diffuse", 20_000), ("smoke_spot", 4000)] {
         let case = Case { session, scene, method: "ppt", photons };
-        let mean = |passes: u32, first: u32| {
+        let mean = |passes: u32, seeds: Range<u32>| {
             let estimates: Vec<ErrorEstimate> =
-                (first..first + 3).map(|seed| case.render(seed, passes).estimate).collect();
+                seeds.map(|seed| case.render(seed, passes).estimate).collect();
             let rms = |of: fn(&ErrorEstimate) -> f64| root_mean_square(estimates.iter().map(of));
             let (relative, noise, bias) = (rms(|e| e.relative), rms(|e| e.noise), rms(|e| e.bias));
             ErrorEstimate { relative, noise, bias, ..estimates[0] }
         };
-        let (early, late) = (mean(32, 1), mean(128, 4));
+        let (early, late) = (mean(32, 1..10), mean(128, 10..13));
         let factor = early.passes_factor(late.relative).unwrap();
         assert!((2.5..6.5).contains(&factor), "{scene}: {factor} instead of 4");
     }

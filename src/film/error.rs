@@ -2,6 +2,7 @@
 //! from what a narrower kernel saw of the same photons. [Hachisuka 2010] is where the idea comes from.
 
 use super::FilmSums;
+use crate::math::brightness;
 use crate::scene::SceneDescription;
 use serde::{Deserialize, Serialize};
 
@@ -197,8 +198,9 @@ impl ErrorSums {
             return None;
         }
         let count = (3 * self.pixels.len()) as f64;
-        let sums = self.pixels.iter().flat_map(|pixel| pixel.sum).sum::<f64>();
-        let floor = (0.1 * sums / self.count() / count).powi(2).max(f64::MIN_POSITIVE);
+        let sum = |index: usize| self.pixels[index / 3].sum[index % 3];
+        let level = brightness((0..3 * self.pixels.len()).map(sum)) / self.count();
+        let floor = (0.1 * level).powi(2).max(f64::MIN_POSITIVE);
         let (mut steps, mut spread, mut squared_bias, mut bias_spread) = (0.0, 0.0, 0.0, 0.0);
         for pixel in &self.pixels {
             let scales = [0, 1, 2].map(|channel| self.scale(pixel, channel, floor));

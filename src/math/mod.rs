@@ -2,6 +2,7 @@
 
 mod aabb;
 mod approach;
+mod brightness;
 pub mod mask;
 mod morton;
 mod octahedral;
@@ -12,6 +13,7 @@ pub mod uniform;
 
 pub use aabb::Aabb;
 pub use approach::Approach;
+pub use brightness::brightness;
 pub use morton::MortonCurve;
 pub use octahedral::Octahedral;
 pub use rgb::Rgb;

@@ -1,6 +1,7 @@
 //! Emission that is seen directly, with rays of its own and a film of its own: both have other weights than the rest.
 
 use crate::film::{add_emission, FilmSums};
+use crate::math::brightness;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
@@ -36,7 +37,7 @@ impl DirectEmission {
 
     /// Learns how bright the picture is, by a pilot pass at these paths.
     pub fn learn_level(&mut self, paths: &ViewPaths, pilot: &PixelSums) {
-        self.level = brightness(paths, pilot);
+        self.level = level(paths, pilot);
     }
 
     /// The share of the pixels where further rays are worth while.
@@ -102,12 +103,12 @@ impl DirectEmission {
     }
 }
 
-/// Mean over pixels and channels of what one pass shows.
-fn brightness(paths: &ViewPaths, sums: &PixelSums) -> f32 {
+/// How bright what one pass shows is, see [`brightness`].
+fn level(paths: &ViewPaths, sums: &PixelSums) -> f32 {
     let of_pixel = |pixel: usize| {
         let gathered = sums.radiance(pixel).iter().sum::<f64>() / 3.0;
         let connected = paths.connected.get(pixel).map_or(0.0, |rgb| rgb.mean());
         gathered + f64::from(connected + paths.emission[pixel].mean())
     };
-    ((0..sums.len()).map(of_pixel).sum::<f64>() / sums.len().max(1) as f64) as f32
+    brightness((0..sums.len()).map(of_pixel)) as f32
 }

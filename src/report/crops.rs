@@ -50,7 +50,7 @@ pub fn choose(reference: &Picture, pictures: &[&Picture], count: usize) -> Vec<C
 }
 
 fn error_in(reference: &Picture, pictures: &[&Picture], crop: &Crop) -> f64 {
-    let floor = 0.1 * reference.mean() + f64::MIN_POSITIVE;
+    let floor = 0.1 * reference.brightness() + f64::MIN_POSITIVE;
     let mut sum = 0.0;
     for y in crop.y..crop.y + crop.height {
         for index in y * reference.width + crop.x..y * reference.width + crop.x + crop.width {

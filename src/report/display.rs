@@ -52,7 +52,7 @@ impl Exposure {
 /// Where a picture is too bright (red) and too dark (blue); white where it is right. Relative to the
 /// reference's luminance, full colour at 50 %.
 pub fn difference(picture: &Picture, reference: &Picture) -> RgbImage {
-    let floor = 0.1 * reference.mean() + f64::MIN_POSITIVE;
+    let floor = 0.1 * reference.brightness() + f64::MIN_POSITIVE;
     to_image(reference, |index| {
         let (x, r) = (luminance(picture.pixels[index]), luminance(reference.pixels[index]));
         let share = ((x - r) / (r.abs() + floor) / FULL_COLOUR).clamp(-1.0, 1.0);

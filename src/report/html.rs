@@ -51,7 +51,7 @@ pub fn report(comparison: &Comparison, pictures: &Pictures) -> Result<String, Pl
 const EXPLANATION: &str = "<p>Every method was given the same wall time, alone on the machine: the one that has \
     used least goes on next, for one pass or one small render. Its preparation counts, the loading of the scene \
     and the measuring do not. <b>Error</b> is the root of the relative MSE: the mean over pixels and channels of \
-    (x − r)² / (r² + (m/10)²), m being the reference's mean. <b>FLIP</b> is LDR-FLIP at 67 pixels per degree, in \
+    (x − r)² / (r² + (m/10)²), m being the reference's mean, its brightest hundredth counted as the least of it. <b>FLIP</b> is LDR-FLIP at 67 pixels per degree, in \
     [0, 1]. <b>Rate</b> is the exponent of time that the RMSE follows; independent samples have −0.5. Times are \
     interpolated along the mean over the seeds, ranges are those of the seeds. The <b>factor</b> below a time is the \
     fastest Mitsuba integrator's time over the method's: above 1 is faster than Mitsuba. The bands in the plots span \

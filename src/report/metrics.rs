@@ -56,8 +56,8 @@ impl Judge {
     }
 }
 
-/// Mean over pixels and channels of `(x - r)² / (r² + (m/10)²)`, `m` being the reference's mean: the usual relative
-/// error, kept finite in the dark by a term that follows the picture's brightness. The pictures must have one size.
+/// Mean over pixels and channels of `(x - r)² / (r² + (m/10)²)`, `m` being the reference's [`Picture::brightness`]: the usual
+/// relative error, kept finite in the dark. The pictures must have one size.
 pub fn relative_mse(picture: &Picture, reference: &Picture) -> f64 {
     let floor = dark_floor(reference);
     mean_over(picture, reference, |x, r| (x - r).powi(2) / (r * r + floor))
@@ -65,7 +65,7 @@ pub fn relative_mse(picture: &Picture, reference: &Picture) -> f64 {
 
 /// What is added to a squared reference that errors are divided by.
 pub(super) fn dark_floor(reference: &Picture) -> f64 {
-    (0.1 * reference.mean()).powi(2).max(f64::MIN_POSITIVE)
+    (0.1 * reference.brightness()).powi(2).max(f64::MIN_POSITIVE)
 }
 
 /// Root of the mean squared difference over pixels and channels. The pictures must have one size.

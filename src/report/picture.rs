@@ -1,5 +1,6 @@
 //! A picture in linear RGB.
 
+use crate::math::brightness;
 use exr::prelude::{read_first_rgba_layer_from_file, write_rgb_file};
 use std::path::{Path, PathBuf};
 
@@ -40,6 +41,12 @@ impl Picture {
     pub fn mean(&self) -> f64 {
         let sum: f64 = self.pixels.iter().flatten().map(|&value| f64::from(value)).sum();
         sum / (3 * self.pixels.len()).max(1) as f64
+    }
+
+    /// How bright the picture is, see [`brightness`].
+    pub fn brightness(&self) -> f64 {
+        let channel = |index: usize| f64::from(self.pixels[index / 3][index % 3]);
+        brightness((0..3 * self.pixels.len()).map(channel))
     }
 
     /// Reads channels R, G and B of an EXR file's first layer.

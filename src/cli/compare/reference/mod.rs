@@ -139,7 +139,7 @@ fn try_out(
         name: names[index].to_owned(),
         noise: shown[index].noise_relative_to(&scale),
         bias: pairs[index].bias(&shown[index], &scale),
-        mean: shown[index].mean().mean(),
+        brightness: shown[index].mean().brightness(),
     };
     let apart = squared_difference(&shown[0], &shown[1], &scale);
     Ok(Some(choose(&trial(0), &trial(1), apart)))

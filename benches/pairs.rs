@@ -196,7 +196,7 @@ fn pairs(criterion: &mut Criterion) {
         let lent = loaded.lend(0).expect("lend the scene");
         let scene = lent.scene();
         let plan = loaded.parameters(0).expect("parameters").plan(scene.description());
-        let receivers = Receivers::build(view::trace(scene, &plan, SEED, 0).expect("rays"));
+        let receivers = Receivers::build(scene, view::trace(scene, &plan, SEED, 0).expect("rays"));
         let stage =
             Stage { receivers: &receivers, pairs: Pairs::new(&plan, &receivers.paths, radii) };
 

@@ -63,7 +63,7 @@ fn measure(name: &str, loaded: &mut LoadedScene) {
     let lent = loaded.lend(0).expect("the scene is lent");
     let scene = lent.scene();
     let [plan, chain_plan] = [parameters, chains].map(|p| p.plan(scene.description()));
-    let receivers = Receivers::build(view::trace(scene, &plan, SEED, 0).expect("rays"));
+    let receivers = Receivers::build(scene, view::trace(scene, &plan, SEED, 0).expect("rays"));
 
     let mut uniform = UniformShooter::new(SEED);
     let mut chains = ChainShooter::new(SEED, 0);

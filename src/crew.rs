@@ -46,7 +46,19 @@ pub fn for_each<T: Send>(scene: &dyn Scene, mut items: Vec<T>, task: impl Fn(T) 
     lent(scene, |crew| items.drain(..).for_each(|item| crew.spawn(Box::new(move || task(item)))));
 }
 
-/// The same where that is worth it; a little is sooner done here than handed over.
+/// Runs both on the threads that a scene lends, and returns when both are done.
+pub fn join<A: Send, B: Send>(
+    scene: &dyn Scene,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    let (mut of_a, mut of_b) = (None, None);
+    let tasks: Vec<Task> = vec![Box::new(|| of_a = Some(a())), Box::new(|| of_b = Some(b()))];
+    for_each(scene, tasks, |task| task());
+    (of_a.expect("every task is done"), of_b.expect("every task is done"))
+}
+
+/// As [`for_each`] where that is worth it; a little is sooner done here than handed over.
 pub fn for_each_if<T: Send>(
     is_worth_it: bool,
     scene: &dyn Scene,
@@ -58,6 +70,17 @@ pub fn for_each_if<T: Send>(
     } else {
         items.into_iter().for_each(task);
     }
+}
+
+/// Cuts planes of so many lanes into tasks; each has the same lanes of all planes.
+pub fn cut(planes: &mut [f32], lanes: usize, per_task: usize) -> Vec<Vec<&mut [f32]>> {
+    let mut tasks = Vec::new();
+    tasks.resize_with(lanes.div_ceil(per_task), Vec::new);
+    for plane in planes.chunks_exact_mut(lanes.max(1)) {
+        let parts = tasks.iter_mut().zip(plane.chunks_mut(per_task));
+        parts.for_each(|(task, part)| task.push(part));
+    }
+    tasks
 }
 
 /// Lends the threads of rayon's pool.

@@ -326,7 +326,7 @@ fn a_state_of(paper: &Paper, seed: u64) -> [f64; 2] {
     let limits = PathLimits { max_depth: 2, rr_depth: 5, hide_emitters: false };
     let steering = Steering::Always;
     let plan = Plan::new(world.description(), Wishes { steering, ..limits.into() });
-    let receivers = Receivers::build(view::trace(&world, &plan, seed, 0).unwrap());
+    let receivers = Receivers::build(&world, view::trace(&world, &plan, seed, 0).unwrap());
     let radius = paper.radius() as f32;
     let target = Target {
         scene: &world,

@@ -484,3 +484,16 @@ fn odd_points_and_places() {
     assert_eq!(ViewPointTree::build(&points).non_finite(), 2);
     check_points(&points, &places, &radii);
 }
+
+/// So many that the first planes are found by all threads together, and each subtree by one of them.
+#[test]
+fn more_points_than_one_thread_sorts() {
+    let mut rng = StdRng::seed_from_u64(27);
+    let points: Vec<_> = (0..100_003).map(|_| random_in_cube(&mut rng)).collect();
+    assert!(check_points(&points, &points[..20], &[0.01, 0.05]) > 100);
+    let order_with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| ViewPointTree::build(&points)).take_order()
+    };
+    assert!(order_with(1) == order_with(4));
+}

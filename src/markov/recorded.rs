@@ -4,7 +4,7 @@ use super::mutation::Mutation;
 use crate::crew;
 use crate::math::uniform;
 use crate::scene::{Scene, EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
-use crate::transport::numbers::{cut, Alive, Numbers};
+use crate::transport::numbers::{Alive, Numbers};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
@@ -185,7 +185,7 @@ fn mutate_all(mutation: Mutation, known: &[f32; LANES_AT_ONCE], drawn: &mut [f32
 
 /// The lanes of each task.
 fn tasks<'a>(planes: &'a mut [f32], lanes: usize, rng: &mut Pcg64Mcg) -> Vec<Lanes<'a>> {
-    let parts = (0..).step_by(LANES_PER_TASK).zip(cut(planes, lanes, LANES_PER_TASK));
+    let parts = (0..).step_by(LANES_PER_TASK).zip(crew::cut(planes, lanes, LANES_PER_TASK));
     parts.map(|(first, planes)| Lanes { first, planes, rng: Pcg64Mcg::from_rng(rng) }).collect()
 }
 

@@ -15,7 +15,7 @@ pub fn begin<'a>(
     parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let run: Run<ViewPaths> =
-        Run::new(scene, parameters, KernelDimensions::POINTS, 1, |paths| paths)?;
+        Run::new(scene, parameters, KernelDimensions::POINTS, 1, |_, paths| paths)?;
     Ok(run.with_pass(move |pass, sums| {
         let (stored, mut counters) = pass.store(Particles::Points)?;
         let map = pass.build_map(stored);

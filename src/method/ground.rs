@@ -19,12 +19,15 @@ pub struct Ground<'a> {
     pub layers: bool,
 }
 
+/// What makes receivers of ray paths, with the threads that the scene lends.
+pub type Prepare<R> = fn(&dyn Scene, ViewPaths) -> R;
+
 impl Ground<'_> {
     /// Ray paths of one jitter and what is built over them. [Collin 2013 §5.1]
     pub fn trace<R: HoldsReceivers>(
         &self,
         jitter: u64,
-        prepare: fn(ViewPaths) -> R,
+        prepare: Prepare<R>,
         counters: &mut Counters,
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
@@ -39,7 +42,7 @@ impl Ground<'_> {
         &self,
         mut paths: ViewPaths,
         jitter: Option<u64>,
-        prepare: fn(ViewPaths) -> R,
+        prepare: Prepare<R>,
         counters: &mut Counters,
         seconds: &mut PhaseSeconds,
     ) -> Result<R, RenderError> {
@@ -56,7 +59,7 @@ impl Ground<'_> {
         paths.shrink_for_passes();
         seconds.view += clock.elapsed().as_secs_f64();
         let clock = Instant::now();
-        let receivers = prepare(paths);
+        let receivers = prepare(self.scene, paths);
         seconds.trees += clock.elapsed().as_secs_f64();
         Ok(receivers)
     }

@@ -14,7 +14,7 @@ pub fn begin<'a>(
     parameters: &Parameters,
 ) -> Result<Box<dyn Progressive + 'a>, RenderError> {
     let run: Run<ViewPaths> =
-        Run::new(scene, parameters, KernelDimensions::BEAMS, 1, |paths| paths)?;
+        Run::new(scene, parameters, KernelDimensions::BEAMS, 1, |_, paths| paths)?;
     Ok(run.with_pass(move |pass, sums| {
         let (stored, mut counters) = pass.store(Particles::Beams(pass.parameters.photon_beams))?;
         let map = pass.build_map(stored);

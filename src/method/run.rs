@@ -5,7 +5,7 @@ mod learning;
 use super::effects::EffectReport;
 use super::emission::DirectEmission;
 use super::gathered::Gathered;
-use super::ground::{first_radii, Ground};
+use super::ground::{first_radii, Ground, Prepare};
 use super::pass::Pass;
 use super::trial::Trial;
 use super::{
@@ -25,7 +25,7 @@ use crate::transport::deposits::PixelSums;
 use crate::transport::footprint::resolvable_radii;
 use crate::transport::memory::HoldsReceivers;
 use crate::transport::photon::PerFamily;
-use crate::transport::view::{self, ViewPaths};
+use crate::transport::view;
 use crate::transport::wavelengths;
 use std::cell::Cell;
 use std::time::Instant;
@@ -135,7 +135,7 @@ pub struct Run<'a, R> {
     plan: Plan,
     start: Instant,
     jitter_every: u32,
-    prepare: fn(ViewPaths) -> R,
+    prepare: Prepare<R>,
     /// Passes done, those that were taken up among them, and those of them that shot at the present receivers.
     passes: u32,
     passes_of_jitter: u32,
@@ -174,7 +174,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         parameters: &Parameters,
         kernels: KernelDimensions,
         jitter_every: u32,
-        prepare: fn(ViewPaths) -> R,
+        prepare: Prepare<R>,
     ) -> Result<Self, RenderError> {
         let start = Instant::now();
         check_first_pass(parameters.first_pass, jitter_every)?;

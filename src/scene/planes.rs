@@ -75,13 +75,11 @@ impl Planes {
     ) -> Self {
         let mut planes = Planes::default();
         planes.resize(lanes);
-        let (mut rows, mut tasks) = (planes.rows(), Vec::new());
-        for first in (0..lanes).step_by(PER_TASK) {
-            let count = PER_TASK.min(lanes - first);
-            tasks.push((first, count, rows.split_off(count)));
-        }
-        crew::for_each(scene, tasks, |(first, count, mut rows)| {
-            (0..count).for_each(|lane| rows.set(lane, value(first + lane)));
+        let parts = crew::cut(&mut planes.values, lanes, PER_TASK);
+        let tasks = (0..).step_by(PER_TASK).zip(parts).collect();
+        crew::for_each(scene, tasks, |(first, parts)| {
+            let mut rows = PlaneRows(parts.try_into().expect("three planes"));
+            (first..lanes).take(PER_TASK).for_each(|lane| rows.set(lane - first, value(lane)));
         });
         planes
     }

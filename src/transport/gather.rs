@@ -16,8 +16,8 @@ use crate::transport::photon::PerFamily;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
 
-/// Vertices or photon beams of one task at least, and tasks that a step of many is cut into: the more photons look together,
-/// the sooner neighbours find what others have found.
+/// Vertices of one task at least, and tasks that a step of many is cut into: the more photons look together, the sooner
+/// neighbours find what others have found.
 const PER_TASK: usize = 4096;
 const TASKS: usize = 8;
 /// Pairs that may wait for the scene; bounds memory.
@@ -71,7 +71,7 @@ impl Target<'_> {
     }
 }
 
-/// How many of a step's vertices or photon beams one task takes.
+/// How many of a step's vertices one task takes.
 pub fn per_task(of_step: usize) -> usize {
     of_step.div_ceil(TASKS).max(PER_TASK)
 }

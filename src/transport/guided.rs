@@ -1,6 +1,6 @@
 //! Walks whose emission may be guided.
 
-use super::numbers::{cut, Alive, Numbers, Uniform};
+use super::numbers::{Alive, Numbers, Uniform};
 use crate::crew;
 use crate::guide::{EmissionGuide, GUIDED_DIMENSIONS};
 use crate::math::uniform;
@@ -34,7 +34,8 @@ impl Numbers for Guided<'_> {
         let Some(guide) = self.guide else { return };
         self.weights.resize(walks, 1.0);
         let guided = &mut out[..GUIDED_DIMENSIONS * walks];
-        let parts = cut(guided, walks, PER_TASK).into_iter().zip(self.weights.chunks_mut(PER_TASK));
+        let parts =
+            crew::cut(guided, walks, PER_TASK).into_iter().zip(self.weights.chunks_mut(PER_TASK));
         let tasks = parts.map(|(planes, weights)| {
             let rng = uniform::split_off(&mut self.rest.0, weights.len() * GUIDED_DIMENSIONS);
             Warp { guide, rng, planes, weights }

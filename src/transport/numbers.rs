@@ -44,17 +44,6 @@ pub fn draw(rng: &mut Pcg64Mcg, scene: &dyn Scene, out: &mut Vec<f32>, count: us
     crew::for_each(scene, parts.collect(), |(mut rng, part)| uniform::fill_slice(&mut rng, part));
 }
 
-/// Cuts planes of so many lanes into tasks; each has the same lanes of all planes.
-pub fn cut(planes: &mut [f32], lanes: usize, per_task: usize) -> Vec<Vec<&mut [f32]>> {
-    let mut tasks = Vec::new();
-    tasks.resize_with(lanes.div_ceil(per_task), Vec::new);
-    for plane in planes.chunks_exact_mut(lanes.max(1)) {
-        let parts = tasks.iter_mut().zip(plane.chunks_mut(per_task));
-        parts.for_each(|(task, part)| task.push(part));
-    }
-    tasks
-}
-
 /// Independent numbers from a stream.
 pub struct Uniform(pub Pcg64Mcg);
 

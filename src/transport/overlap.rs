@@ -18,6 +18,9 @@ use std::sync::{Arc, Mutex};
 /// Steps whose photons may still be looking; bounds memory.
 const STEPS_IN_FLIGHT: usize = 3;
 
+/// Photon beams of one task. They look one by one, and gain nothing by being many.
+const BEAMS_PER_TASK: usize = 4096;
+
 /// The photons of one step, and what each task found.
 struct Step<S> {
     vertices: PhotonVertices,
@@ -82,8 +85,10 @@ fn start<'scope, S: Sink + 'scope>(
     beams: PhotonBeams,
     sink: &'scope (impl Fn() -> S + Sync),
 ) -> Arc<Step<S>> {
-    let lanes = shares(vertices.event.len()).map(Share::Lanes);
-    let shares: Vec<Share> = lanes.chain(shares(beams.beams.len()).map(Share::Beams)).collect();
+    let lanes = vertices.event.len();
+    let lanes = shares(lanes, per_task(lanes)).map(Share::Lanes);
+    let beams_of_tasks = shares(beams.beams.len(), BEAMS_PER_TASK).map(Share::Beams);
+    let shares: Vec<Share> = lanes.chain(beams_of_tasks).collect();
     let found = shares.iter().map(|_| Mutex::new(None)).collect();
     let step = Arc::new(Step { vertices, beams, found, left: AtomicUsize::new(shares.len()) });
     for (number, share) in shares.into_iter().enumerate() {
@@ -101,8 +106,7 @@ fn start<'scope, S: Sink + 'scope>(
     step
 }
 
-fn shares(count: usize) -> impl Iterator<Item = Range<usize>> {
-    let own = per_task(count);
+fn shares(count: usize, own: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(own).map(move |first| first..count.min(first + own))
 }
 

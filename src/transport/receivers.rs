@@ -1,9 +1,10 @@
+use crate::crew;
 use crate::math::{Aabb, Approach, MortonCurve, Segment};
+use crate::scene::Scene;
 use crate::transport::memory::{HoldsReceivers, ReceiverMemory};
-use crate::transport::view::{ViewBeam, ViewPaths};
+use crate::transport::view::{in_order, ViewBeam, ViewPaths};
 use crate::tree::{ApexGrid, ViewBeamTree, ViewPointTree};
 use glam::Vec3;
-use rayon::join;
 
 /// What photons are shot at between two jitters: ray paths and the trees over them.
 pub struct Receivers {
@@ -18,34 +19,22 @@ pub struct Receivers {
 }
 
 impl Receivers {
-    /// The trees over traced paths, and a grid over what comes straight from a pinhole. [Collin 2013 §5.1]
-    pub fn build(mut paths: ViewPaths) -> Self {
-        let indexed = (0u32..).zip(paths.beam_segments.iter().copied());
-        let is_straight = |index: u32| paths.beams[index as usize].depth == 0;
-        let straight: Vec<_> = indexed.filter(|(index, _)| is_straight(*index)).collect();
-        let (mut grid, point_tree) =
-            join(|| ApexGrid::build(&straight), || ViewPointTree::build(&paths.point_positions));
-        if let Some(grid) = &mut grid {
-            paths.move_beams_first(&grid.take_order());
-        }
-        Receivers::beside_grid(paths, grid, point_tree)
-    }
-
-    /// The tree over the beams that are not in the grid, whose beams are the first.
-    fn beside_grid(
-        mut paths: ViewPaths,
-        apex_grid: Option<ApexGrid>,
-        mut point_tree: ViewPointTree,
-    ) -> Self {
-        let in_grid = apex_grid.as_ref().map_or(0, ApexGrid::len);
-        let (segments, positions) = (&paths.beam_segments[in_grid..], &paths.point_positions);
-        let ends = segments.iter().flat_map(|segment| [segment.origin, segment.at(segment.length)]);
-        let (around_beams, around_points) =
-            (curve_around(ends), curve_around(positions.iter().copied()));
-        let mut beam_tree = ViewBeamTree::build(segments);
-        let in_tree = beam_tree.take_order().into_iter().map(|index| in_grid as u32 + index);
-        paths.sort_beams(&(0..in_grid as u32).chain(in_tree).collect::<Vec<_>>());
-        paths.sort_points(&point_tree.take_order());
+    /// The trees over traced paths, and a grid over what comes straight from a pinhole. The scene lends the threads that build
+    /// them. [Collin 2013 §5.1]
+    pub fn build(scene: &dyn Scene, mut paths: ViewPaths) -> Self {
+        let points = std::mem::take(&mut paths.points);
+        let positions = std::mem::take(&mut paths.point_positions);
+        let ((apex_grid, beam_tree, around_beams), (point_tree, points)) = crew::join(
+            scene,
+            || over_beams(&mut paths),
+            || {
+                let mut tree = ViewPointTree::build(&positions);
+                let points = in_order(&points, &tree.take_order());
+                (tree, points)
+            },
+        );
+        paths.points = points;
+        let around_points = curve_around(positions.iter().copied());
         Receivers { paths, apex_grid, beam_tree, point_tree, around_beams, around_points }
     }
 
@@ -110,6 +99,26 @@ impl HoldsReceivers for Receivers {
         let beams = grid + self.beam_tree.memory_bytes();
         ReceiverMemory::of(&self.paths, beams, self.point_tree.memory_bytes())
     }
+}
+
+/// The grid over beams straight from a pinhole, the tree over all others and the curve around those. The grid's beams become the
+/// first.
+fn over_beams(paths: &mut ViewPaths) -> (Option<ApexGrid>, ViewBeamTree, MortonCurve) {
+    let indexed = (0u32..).zip(paths.beam_segments.iter().copied());
+    let is_straight = |index: u32| paths.beams[index as usize].depth == 0;
+    let straight: Vec<_> = indexed.filter(|(index, _)| is_straight(*index)).collect();
+    let mut grid = ApexGrid::build(&straight);
+    if let Some(grid) = &mut grid {
+        paths.move_beams_first(&grid.take_order());
+    }
+    let in_grid = grid.as_ref().map_or(0, ApexGrid::len);
+    let segments = &paths.beam_segments[in_grid..];
+    let ends = segments.iter().flat_map(|segment| [segment.origin, segment.at(segment.length)]);
+    let around = curve_around(ends);
+    let mut tree = ViewBeamTree::build(segments);
+    let in_tree = tree.take_order().into_iter().map(|index| in_grid as u32 + index);
+    paths.sort_beams(&(0..in_grid as u32).chain(in_tree).collect::<Vec<_>>());
+    (grid, tree, around)
 }
 
 fn curve_around(places: impl IntoIterator<Item = Vec3>) -> MortonCurve {

@@ -42,7 +42,8 @@ fn in_order<'a, P: 'a>(
     photons: impl Iterator<Item = &'a P>,
     place: impl Fn(&P) -> u32,
 ) -> impl Iterator<Item = &'a P> {
-    let mut order: Vec<(u32, &P)> = photons.map(|photon| (place(photon), photon)).collect();
+    let photons: Vec<&P> = photons.collect();
+    let mut order: Vec<(u32, u32)> = photons.iter().map(|photon| place(photon)).zip(0..).collect();
     radsort::sort_by_key(&mut order, |(place, _)| *place);
-    order.into_iter().map(|(_, photon)| photon)
+    order.into_iter().map(move |(_, index)| photons[index as usize])
 }

@@ -70,9 +70,9 @@ fn measure(
     let (mut points, mut sigma_t) = (MediumPoints::default(), Planes::default());
     let (mut numbers, mut finer) = (Vec::new(), Vec::new());
     let mut first = 0;
-    for count in groups(plans, SAMPLES_AT_ONCE) {
-        let chunk = &mut plans[first..first + count];
-        draw(rng, scene, &mut numbers, chunk.iter().map(TablePlan::numbers).sum());
+    for group in groups(plans, SAMPLES_AT_ONCE) {
+        let chunk = &mut plans[first..first + group.plans];
+        draw(rng, scene, &mut numbers, group.numbers);
         table_points(scene, chunk, crossings, &numbers, &mut points);
         scene.extinction(&points, &mut sigma_t)?;
         fill_in(scene, chunk, &sigma_t);
@@ -80,33 +80,42 @@ fn measure(
             let divided = std::mem::take(&mut plan.divided);
             finer.extend(divided.into_iter().map(|(step, finer)| (index, step, finer)));
         }
-        first += count;
+        first += group.plans;
     }
     Ok(finer)
 }
 
-/// How many plans, one after another, have no more samples together than `most`; one at least.
-fn groups(plans: &[TablePlan], most: usize) -> Vec<usize> {
-    let (mut counts, mut samples) = (Vec::new(), usize::MAX);
+/// Plans next to each other, and what they take together.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    plans: usize,
+    samples: usize,
+    numbers: usize,
+}
+
+/// Groups of plans, one after another, that have no more samples together than `most`, or are a single plan.
+fn groups(plans: &[TablePlan], most: usize) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
     for plan in plans {
-        samples = samples.saturating_add(plan.samples());
-        if samples > most {
-            counts.push(0);
-            samples = plan.samples();
+        let samples = plan.samples();
+        if groups.last().is_none_or(|group| group.samples + samples > most) {
+            groups.push(Group::default());
         }
-        *counts.last_mut().expect("the first plan has begun a group") += 1;
+        let group = groups.last_mut().expect("the first plan has begun a group");
+        group.plans += 1;
+        group.samples += samples;
+        group.numbers += plan.numbers();
     }
-    counts
+    groups
 }
 
 /// Fills in the depths of plans and divides them, task by task.
 fn fill_in(scene: &dyn Scene, plans: &mut [TablePlan], sigma_t: &Planes) {
     let (mut tasks, mut rest, mut first) = (Vec::new(), plans, 0);
-    for count in groups(rest, SAMPLES_PER_TASK) {
-        let (plans, behind) = rest.split_at_mut(count);
-        let samples: usize = plans.iter().map(TablePlan::samples).sum();
+    for group in groups(rest, SAMPLES_PER_TASK) {
+        let (plans, behind) = rest.split_at_mut(group.plans);
         tasks.push((first, plans));
-        (first, rest) = (first + samples, behind);
+        (first, rest) = (first + group.samples, behind);
     }
     crew::for_each(scene, tasks, |(mut sample, plans)| {
         for plan in plans {
@@ -138,17 +147,17 @@ fn table_points(
     numbers: &[f32],
     points: &mut MediumPoints,
 ) {
-    let samples = plans.iter().map(TablePlan::samples).sum();
+    let groups = groups(plans, SAMPLES_PER_TASK);
+    let samples = groups.iter().map(|group| group.samples).sum();
     points.position.resize(samples);
     points.direction.resize(samples);
     points.medium.resize(samples, VACUUM);
     let (mut tasks, mut rest, mut numbers) = (Vec::new(), plans, numbers);
     let (mut position, mut direction) = (points.position.rows(), points.direction.rows());
     let mut medium = &mut points.medium[..];
-    for count in groups(plans, SAMPLES_PER_TASK) {
-        let (plans, behind) = rest.split_at(count);
-        let samples = plans.iter().map(TablePlan::samples).sum();
-        let (own, numbers_behind) = numbers.split_at(plans.iter().map(TablePlan::numbers).sum());
+    for Group { plans, samples, numbers: own } in groups {
+        let (plans, behind) = rest.split_at(plans);
+        let (own, numbers_behind) = numbers.split_at(own);
         let (own_medium, medium_behind) = medium.split_at_mut(samples);
         let out = (position.split_off(samples), direction.split_off(samples), own_medium);
         tasks.push((plans, own, out));

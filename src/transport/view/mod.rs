@@ -7,7 +7,7 @@ mod records;
 mod tracer;
 
 pub use emission::{trace_aimed, trace_emission, EmissionSamples};
-pub use paths::ViewPaths;
+pub use paths::{in_order, ViewPaths};
 pub use records::{BeamRecord, Lobe, PointRecord, ViewBeam};
 
 use crate::math::uniform;

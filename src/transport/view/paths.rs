@@ -105,22 +105,15 @@ impl ViewPaths {
         self.stored_depths.shrink_to_fit();
     }
 
-    /// Puts points into this order of their indices, those that it leaves out last; their positions are with who ordered them.
-    pub fn sort_points(&mut self, order: &[u32]) {
-        self.points = sorted(&self.points, &completed(order, self.points.len()));
-        self.point_positions = Vec::new();
-    }
-
     /// Puts these beams first, in this order.
     pub fn move_beams_first(&mut self, order: &[u32]) {
-        let order = &completed(order, self.beams.len());
-        self.beams = sorted(&self.beams, order);
-        self.beam_segments = sorted(&self.beam_segments, order);
+        self.beams = in_order(&self.beams, order);
+        self.beam_segments = in_order(&self.beam_segments, order);
     }
 
     /// Puts beams into this order of their indices, those that it leaves out last; their segments are with who ordered them.
     pub fn sort_beams(&mut self, order: &[u32]) {
-        self.beams = sorted(&self.beams, &completed(order, self.beams.len()));
+        self.beams = in_order(&self.beams, order);
         self.beam_segments = Vec::new();
     }
 
@@ -221,14 +214,14 @@ impl ViewPaths {
     }
 }
 
-/// An order of all indices that begins with a given one.
-fn completed(order: &[u32], count: usize) -> Vec<u32> {
-    let mut is_named = vec![false; count];
-    order.iter().for_each(|&index| is_named[index as usize] = true);
-    let unnamed = (0..count as u32).filter(|&index| !is_named[index as usize]);
-    order.iter().copied().chain(unnamed).collect()
-}
-
-fn sorted<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
-    order.iter().map(|&index| values[index as usize]).collect()
+/// Values in this order of their indices, those that it leaves out last.
+pub fn in_order<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
+    let named = || order.iter().map(|&index| index as usize);
+    if order.len() == values.len() {
+        return named().map(|index| values[index]).collect();
+    }
+    let mut is_named = vec![false; values.len()];
+    named().for_each(|index| is_named[index] = true);
+    let unnamed = (0..values.len()).filter(|&index| !is_named[index]);
+    named().chain(unnamed).map(|index| values[index]).collect()
 }

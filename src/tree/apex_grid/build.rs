@@ -8,8 +8,8 @@ use rayon::prelude::*;
 const BEAMS_PER_CELL: f64 = 1.0;
 const WIDTH_OVER_HEIGHT: f64 = 0.25;
 const MAX_CELLS: f64 = 8192.0;
-/// Beams that a thread looks at in one go.
-const PER_TASK: usize = 4096;
+/// Beams that a thread looks at in one go; it takes long to wake others for fewer.
+const PER_TASK: usize = 1 << 15;
 /// Fewer beams are not worth a structure of their own.
 const FEW: usize = 64;
 /// Cosine to the axis below which slopes are too steep to be told apart in single precision.

@@ -141,15 +141,14 @@ fn collect_beams(segments: &[Segment]) -> (Vec<Beam>, Stats) {
 /// Sorts by the cells of a grid that the middles lie in; an error in a cell costs speed alone.
 fn sort_along_curve(beams: &[Beam], middles: &Aabb) -> Vec<Beam> {
     let curve = MortonCurve::through(middles);
-    let mut order: Vec<u64> = beams
-        .par_iter()
-        .enumerate()
-        .map(|(position, beam)| {
-            u64::from(curve.place(middle(&beam.segment))) << 32 | position as u64
-        })
-        .collect();
-    order.par_sort_unstable();
-    order.par_iter().map(|&key| beams[key as u32 as usize]).collect()
+    let place = |beam: &Beam| curve.place(middle(&beam.segment));
+    let mut order: Vec<(u32, u32)> =
+        (beams.par_iter().zip(0..beams.len() as u32).with_min_len(CHUNK))
+            .map(|(beam, position)| (place(beam), position))
+            .collect();
+    radsort::sort_by_key(&mut order, |(place, _)| *place);
+    let beam = |&(_, position): &(u32, u32)| beams[position as usize];
+    order.par_iter().with_min_len(CHUNK).map(beam).collect()
 }
 
 fn middle(segment: &Segment) -> Vec3 {

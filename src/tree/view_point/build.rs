@@ -5,6 +5,9 @@ use super::vicinity::Vicinity;
 use super::{bucket_start, Bucket, Plane, ViewPointTree, BUCKET_SIZE};
 use crate::math::Aabb;
 
+/// Points below which one thread makes a subtree.
+const ALONE: usize = 1 << 15;
+
 /// A point and its index in the caller's slice.
 #[derive(Clone, Copy, Debug)]
 struct Point {
@@ -59,22 +62,63 @@ fn fill(points: &[Point]) -> Bucket {
 
 /// Orders the points by bucket and returns the planes between them, level by level.
 fn sort_into_buckets(points: &mut [Point], levels: u32) -> Vec<Plane> {
-    let count = points.len();
-    let mut planes = Vec::with_capacity((1 << levels) - 1);
-    let mut ranges = vec![points];
-    for level in 0..levels {
-        let buckets = 1_usize << (levels - level);
+    let splits = Splits { count: points.len(), levels };
+    let shared = (0..levels).take_while(|level| points.len() >> level > ALONE).count() as u32;
+    let (mut planes, mut ranges) = (Vec::with_capacity((1 << levels) - 1), vec![points]);
+    for level in 0..shared {
         let halves: Vec<_> = (ranges.into_par_iter().enumerate())
-            .map(|(number, range)| {
-                let first = bucket_start(count, levels, number * buckets);
-                let middle = bucket_start(count, levels, number * buckets + buckets / 2);
-                split(range, middle - first)
-            })
+            .map(|(number, range)| splits.split(level, number, range))
             .collect();
         planes.extend(halves.iter().map(|(plane, _)| *plane));
         ranges = halves.into_iter().flat_map(|(_, halves)| halves).collect();
     }
+    let below = |(number, range)| splits.below(shared, number, range);
+    let numbered = ranges.into_iter().enumerate();
+    let subtrees: Vec<Vec<Plane>> = match shared {
+        // Other threads would have to be woken for a single task.
+        0 => numbered.map(below).collect(),
+        _ => numbered.collect::<Vec<_>>().into_par_iter().map(below).collect(),
+    };
+    for level in 0..levels - shared {
+        let of_level = (1 << level) - 1..(2 << level) - 1;
+        subtrees.iter().for_each(|subtree| planes.extend(&subtree[of_level.clone()]));
+    }
     planes
+}
+
+/// How points fall to the two sides of planes.
+struct Splits {
+    count: usize,
+    levels: u32,
+}
+
+impl Splits {
+    /// Splits what one node of a level divides.
+    fn split<'a>(
+        &self,
+        level: u32,
+        number: usize,
+        points: &'a mut [Point],
+    ) -> (Plane, [&'a mut [Point]; 2]) {
+        let buckets = 1_usize << (self.levels - level);
+        let start = |bucket| bucket_start(self.count, self.levels, bucket);
+        split(points, start(number * buckets + buckets / 2) - start(number * buckets))
+    }
+
+    /// The planes of a node and of all below it, level by level, in one thread.
+    fn below(&self, level: u32, number: usize, points: &mut [Point]) -> Vec<Plane> {
+        let (mut planes, mut ranges) = (Vec::new(), vec![points]);
+        for below in 0..self.levels - level {
+            let mut halves = Vec::with_capacity(2 << below);
+            for (range, number) in ranges.into_iter().zip(number << below..) {
+                let (plane, own) = self.split(level + below, number, range);
+                planes.push(plane);
+                halves.extend(own);
+            }
+            ranges = halves;
+        }
+        planes
+    }
 }
 
 /// Moves the `middle` points with the smallest coordinates on the largest axis to the front.

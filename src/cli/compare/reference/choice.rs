@@ -95,7 +95,7 @@ mod tests {
         let far = Square { mean: 0.09, error: 0.001 };
         let (chosen, reason) = choose(&dark, &bright, far);
         assert_eq!(chosen, Chosen::Ours);
-        assert!(reason.ends_with("volpath misses 5 % of the light"), "{reason}");
+        assert!(reason.ends_with("volpath misses 5.0 % of the light"), "{reason}");
         // A difference that the photon tracer's own bias explains tells nothing.
         let near = Square { mean: 0.0016, error: 0.0001 };
         assert_eq!(choose(&dark, &bright, near).0, Chosen::Mitsuba);

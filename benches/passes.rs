@@ -4,6 +4,7 @@
 //! Contestants take turns, so that drift of the machine hits both alike; the tables hold medians over the turns and the
 //! quartiles of their ratios. `cargo bench --bench passes -- llvm_ad_rgb` measures in another variant.
 
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 use std::time::Instant;
@@ -90,6 +91,8 @@ fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
     let pools = [2, 1].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build());
     let [two, one] = pools.map(|pool| pool.expect("threads start"));
     println!("\n{:<28} {:>12} {:>12}  ratio", "passes per second", "2 threads", "1 thread");
+    let turns = by_turns(|| [&two, &one].map(|pool| pool.install(arithmetic_per_second)));
+    println!("{}", row("arithmetic alone", &turns));
     for (name, loaded) in scenes {
         let lent = loaded.lend(0).expect("the scene is lent");
         let scene = lent.scene();
@@ -102,6 +105,17 @@ fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
             println!("{}", row(&format!("{name} {}", method.name()), &turns));
         }
     }
+}
+
+/// What the machine gives to two threads that share nothing: how often a second 64 tasks of a million steps of the logistic map
+/// are done.
+fn arithmetic_per_second() -> f64 {
+    let clock = Instant::now();
+    let orbit =
+        |start: u32| (0..1_000_000).fold(0.1 + 0.01 * f64::from(start), |x, _| 3.9 * x * (1.0 - x));
+    let sum: f64 = (0..64).into_par_iter().with_max_len(1).map(orbit).sum();
+    assert!(sum.is_finite());
+    clock.elapsed().as_secs_f64().recip()
 }
 
 fn trees(scenes: &[(&str, LoadedScene)]) {

@@ -53,7 +53,8 @@ pub fn choose(mitsuba: &Trial, ours: &Trial, apart: Square) -> (Chosen, String) 
     let beyond =
         apart.is_significant() && ours.bias.is_some_and(|bias| apart.root() > BEYOND_BIAS * bias);
     let missed = 1.0 - mitsuba.brightness / ours.brightness;
-    if missed > if beyond { MISSED_LIGHT } else { MUCH_MISSED_LIGHT } {
+    let bearable = if beyond { MISSED_LIGHT } else { MUCH_MISSED_LIGHT };
+    if missed > bearable {
         let missed = percent(missed);
         return (
             Chosen::Ours,

@@ -1,7 +1,6 @@
 //! Emission that is seen directly, with rays of its own and a film of its own: both have other weights than the rest.
 
 use crate::film::{add_emission, FilmSums};
-use crate::math::brightness;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneDescription, SceneResult};
 use crate::transport::deposits::PixelSums;
@@ -37,7 +36,7 @@ impl DirectEmission {
 
     /// Learns how bright the picture is, by a pilot pass at these paths.
     pub fn learn_level(&mut self, paths: &ViewPaths, pilot: &PixelSums) {
-        self.level = level(paths, pilot);
+        self.level = brightness(paths, pilot);
     }
 
     /// The share of the pixels where further rays are worth while.
@@ -103,12 +102,12 @@ impl DirectEmission {
     }
 }
 
-/// How bright what one pass shows is, see [`brightness`].
-fn level(paths: &ViewPaths, sums: &PixelSums) -> f32 {
+/// Mean over pixels and channels of what one pass shows.
+fn brightness(paths: &ViewPaths, sums: &PixelSums) -> f32 {
     let of_pixel = |pixel: usize| {
         let gathered = sums.radiance(pixel).iter().sum::<f64>() / 3.0;
         let connected = paths.connected.get(pixel).map_or(0.0, |rgb| rgb.mean());
         gathered + f64::from(connected + paths.emission[pixel].mean())
     };
-    brightness((0..sums.len()).map(of_pixel)) as f32
+    ((0..sums.len()).map(of_pixel).sum::<f64>() / sums.len().max(1) as f64) as f32
 }

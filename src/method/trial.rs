@@ -4,7 +4,7 @@
 use super::balance::{self, Kind, TRIAL_SAMPLES_OF_LAMPS};
 use super::ground::Ground;
 use super::{Counters, RenderError};
-use crate::math::{brightness, Rgb};
+use crate::math::Rgb;
 use crate::plan::Connections;
 use crate::transport::connect;
 use crate::transport::deposits::PixelSums;
@@ -131,16 +131,17 @@ impl Trial {
         of_pilots(alone) >= 0.5 * all
     }
 
-    /// How bright the picture is, see [`brightness`].
+    /// Mean brightness of the picture.
     pub fn level(&self, alone: Option<&Pilots>, beside: Option<&Pilots>) -> f32 {
-        brightness(self.by_pixel(alone, beside).into_iter()) as f32
+        let brightness = self.brightness(alone, beside);
+        (brightness.iter().sum::<f64>() / brightness.len().max(1) as f64) as f32
     }
 
     /// By pixel, what an error is measured by: the picture's brightness and that of what is around the pixel. Its own would not do,
     /// for where photons are rare it is made by those that are to be judged.
     fn scales(&self, alone: Option<&Pilots>, beside: Option<&Pilots>) -> Picture {
         let level = f64::from(self.level(alone, beside));
-        let own = self.by_pixel(alone, beside);
+        let own = self.brightness(alone, beside);
         let columns = self.width.div_ceil(BLOCK);
         let block =
             |pixel: usize| pixel / self.width / BLOCK * columns + pixel % self.width / BLOCK;
@@ -157,11 +158,10 @@ impl Trial {
         (0..own.len()).map(scale).collect()
     }
 
-    /// The picture.
-    fn by_pixel(&self, alone: Option<&Pilots>, beside: Option<&Pilots>) -> Picture {
-        let mut picture = self.first.emission.clone();
-        let mut add = |layer: &Picture, share: f64| {
-            picture.iter_mut().zip(layer).for_each(|(own, added)| *own += share * added);
+    fn brightness(&self, alone: Option<&Pilots>, beside: Option<&Pilots>) -> Picture {
+        let mut brightness = self.first.emission.clone();
+        let mut add = |picture: &Picture, share: f64| {
+            brightness.iter_mut().zip(picture).for_each(|(own, added)| *own += share * added);
         };
         for family in Family::ALL {
             // Connections are not as spiky as the photons that would be in their place.
@@ -172,7 +172,7 @@ impl Trial {
                 add(&self.first.connected[family], 1.0);
             }
         }
-        picture
+        brightness
     }
 }
 

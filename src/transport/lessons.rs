@@ -8,7 +8,6 @@ use super::guided::Guided;
 use super::numbers::{Alive, Numbers};
 use super::photon::Family;
 use crate::guide::{self, EmissionGuide, Lesson};
-use crate::math::brightness;
 use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batch, Scene, SceneResult};
 use std::ops::Range;
@@ -149,14 +148,14 @@ impl Teacher<'_> {
         }
     }
 
-    /// By pixel, what an error is measured by: the pixel's own radiance and the picture's brightness.
+    /// By pixel, what an error is measured by: half the pixel's own radiance, half the picture's.
     fn scales(&self) -> Vec<f64> {
         let mut scales: Vec<f64> =
             self.radiance.iter().map(|radiance| radiance / self.walks as f64).collect();
         for (own, &connected) in scales.iter_mut().zip(&self.target.receivers.paths.connected) {
             *own += f64::from(connected.mean());
         }
-        let whole = brightness(scales.iter().copied());
+        let whole = scales.iter().sum::<f64>() / scales.len() as f64;
         scales.iter_mut().for_each(|own| *own += whole);
         scales
     }

@@ -1,5 +1,6 @@
 //! Where to look closer: the parts of the picture in which the methods go wrong most.
 
+use super::metrics::dark_level;
 use super::picture::Picture;
 
 /// A part of a picture, in pixels.
@@ -32,11 +33,12 @@ impl Crop {
 /// most from the reference, relative to it.
 pub fn choose(reference: &Picture, pictures: &[&Picture], count: usize) -> Vec<Crop> {
     let [width, height] = reference.size().map(|side| (side / 5).max(1));
+    let floor = dark_level(reference);
     let mut candidates: Vec<(f64, Crop)> = Vec::new();
     for y in (0..=reference.height - height).step_by((height / 2).max(1)) {
         for x in (0..=reference.width - width).step_by((width / 2).max(1)) {
             let crop = Crop { x, y, width, height };
-            candidates.push((error_in(reference, pictures, &crop), crop));
+            candidates.push((error_in(reference, floor, pictures, &crop), crop));
         }
     }
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -49,8 +51,7 @@ pub fn choose(reference: &Picture, pictures: &[&Picture], count: usize) -> Vec<C
     chosen
 }
 
-fn error_in(reference: &Picture, pictures: &[&Picture], crop: &Crop) -> f64 {
-    let floor = 0.1 * reference.brightness() + f64::MIN_POSITIVE;
+fn error_in(reference: &Picture, floor: f64, pictures: &[&Picture], crop: &Crop) -> f64 {
     let mut sum = 0.0;
     for y in crop.y..crop.y + crop.height {
         for index in y * reference.width + crop.x..y * reference.width + crop.x + crop.width {

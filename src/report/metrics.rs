@@ -63,9 +63,14 @@ pub fn relative_mse(picture: &Picture, reference: &Picture) -> f64 {
     mean_over(picture, reference, |x, r| (x - r).powi(2) / (r * r + floor))
 }
 
-/// What is added to a squared reference that errors are divided by.
+/// What is added to a squared reference that squared errors are divided by.
 pub(super) fn dark_floor(reference: &Picture) -> f64 {
-    (0.1 * reference.brightness()).powi(2).max(f64::MIN_POSITIVE)
+    dark_level(reference).powi(2).max(f64::MIN_POSITIVE)
+}
+
+/// What is added to a reference that errors are divided by: a look at the whole picture, so not to be asked for pixel by pixel.
+pub(super) fn dark_level(reference: &Picture) -> f64 {
+    0.1 * reference.brightness() + f64::MIN_POSITIVE
 }
 
 /// Root of the mean squared difference over pixels and channels. The pictures must have one size.

@@ -15,7 +15,7 @@ impl Receivers {
         radius: f32,
         mut visit: impl FnMut(&'a MediumPhoton, u32, f32, f32),
     ) {
-        for photon in in_order(photons, |p| self.place_among_beams(p.position)) {
+        for photon in along_curve(photons, |p| self.place_among_beams(p.position)) {
             let visit = |index, t, d2| visit(photon, index, t, d2);
             self.beams_around(photon.position, radius, visit);
         }
@@ -29,7 +29,8 @@ impl Receivers {
         radius: f32,
         mut visit: impl FnMut(&'a SurfacePhoton, u32, Vec3, f32),
     ) {
-        let photons: Vec<_> = in_order(photons, |p| self.place_among_points(p.position)).collect();
+        let photons: Vec<_> =
+            along_curve(photons, |p| self.place_among_points(p.position)).collect();
         let places: Vec<Vec3> = photons.iter().map(|photon| photon.position).collect();
         self.point_tree.query_all(&places, radius, |which, index, position, d2| {
             visit(photons[which], index, position, d2);
@@ -38,7 +39,7 @@ impl Receivers {
 }
 
 /// Photons by their places, those of one place in their own order.
-fn in_order<'a, P: 'a>(
+fn along_curve<'a, P: 'a>(
     photons: impl Iterator<Item = &'a P>,
     place: impl Fn(&P) -> u32,
 ) -> impl Iterator<Item = &'a P> {

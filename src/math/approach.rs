@@ -7,7 +7,7 @@ use super::Segment;
 /// Each component of the cross product of unit vectors is a difference of two products, off by up
 /// to 1.5 ε; the vector is off by up to 2.6 ε. At a sine of 8 ε a third of it may be rounding, and
 /// below that it tells no direction.
-const MIN_SINE: f32 = 8.0 * f32::EPSILON;
+pub(super) const MIN_SINE: f32 = 8.0 * f32::EPSILON;
 
 /// Where the lines of two segments come closest to one another.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,5 @@
-use crate::math::{Approach, Segment};
-use glam::Vec3;
+use crate::math::{Approach, FourSegments, Segment};
+use glam::{BVec4A, Vec3, Vec4};
 
 /// A segment and its index in the caller's slice; aligned so that a test touches one cache line.
 #[derive(Clone, Copy, Debug)]
@@ -9,27 +9,70 @@ pub(super) struct Beam {
     pub index: u32,
 }
 
-impl Beam {
-    /// Parameter and squared distance of a photon that makes a pair with the beam; see
-    /// [`super::ViewBeamTree::query`].
-    #[inline]
-    pub fn pair(&self, p: Vec3, radius_squared: f32) -> Option<(f32, f32)> {
-        let (t, distance_squared) = self.segment.project(p);
-        // One branch instead of three: nearly all candidates fail, each for another reason.
-        let is_pair = (distance_squared < radius_squared) & (t >= 0.0) & (t < self.segment.length);
-        is_pair.then_some((t, distance_squared))
-    }
+/// Beams that are tested at once.
+const LANES: usize = 4;
 
-    /// The approach to a photon beam that makes a pair with the beam; see [`super::ViewBeamTree::query_segment`].
-    #[inline]
-    pub fn pair_along(&self, photon_beam: &Segment, radius_squared: f32) -> Option<Approach> {
-        let approach = self.segment.approach(photon_beam)?;
-        let is_pair = (approach.distance_squared < radius_squared)
-            & (approach.t >= 0.0)
-            & (approach.t < self.segment.length)
-            & (approach.t_other >= 0.0)
-            & (approach.t_other < photon_beam.length);
-        is_pair.then_some(approach)
+/// Calls `visit(beam, t, distance_squared)` for the beams at these places, in order, that make a pair with a photon; see
+/// [`super::ViewBeamTree::query`].
+#[inline]
+pub(super) fn for_each_pair(
+    beams: &[Beam],
+    places: &[u32],
+    photon: Vec3,
+    radius_squared: f32,
+    mut visit: impl FnMut(&Beam, f32, f32),
+) {
+    for places in places.chunks(LANES) {
+        let four = four(beams, places);
+        let segments = FourSegments::new(four.map(|beam| &beam.segment));
+        let (t, distance_squared) = segments.project(photon);
+        let are_pairs = distance_squared.cmplt(Vec4::splat(radius_squared))
+            & t.cmpge(Vec4::ZERO)
+            & t.cmplt(segments.length);
+        for_each_lane(are_pairs, places.len(), |lane| {
+            visit(four[lane], t[lane], distance_squared[lane]);
+        });
+    }
+}
+
+/// Calls `visit(beam, approach)` for the beams at these places, in order, that make a pair with a photon beam; see
+/// [`super::ViewBeamTree::query_segment`].
+#[inline]
+pub(super) fn for_each_pair_along(
+    beams: &[Beam],
+    places: &[u32],
+    photon_beam: &Segment,
+    radius_squared: f32,
+    mut visit: impl FnMut(&Beam, Approach),
+) {
+    for places in places.chunks(LANES) {
+        let four = four(beams, places);
+        let segments = FourSegments::new(four.map(|beam| &beam.segment));
+        let all = segments.approach(photon_beam);
+        let are_pairs = all.exist
+            & all.distance_squared.cmplt(Vec4::splat(radius_squared))
+            & all.t.cmpge(Vec4::ZERO)
+            & all.t.cmplt(segments.length)
+            & all.t_other.cmpge(Vec4::ZERO)
+            & all.t_other.cmplt(Vec4::splat(photon_beam.length));
+        for_each_lane(are_pairs, places.len(), |lane| visit(four[lane], all.lane(lane)));
+    }
+}
+
+/// The beams at up to four places, the last of them repeated.
+#[inline]
+fn four<'a>(beams: &'a [Beam], places: &[u32]) -> [&'a Beam; LANES] {
+    let last = places.len() - 1;
+    std::array::from_fn(|lane| &beams[places[lane.min(last)] as usize])
+}
+
+/// Calls `visit` for the lanes below `count` that are set.
+#[inline]
+fn for_each_lane(set: BVec4A, count: usize, mut visit: impl FnMut(usize)) {
+    let mut left = set.bitmask() & ((1 << count) - 1);
+    while left != 0 {
+        visit(left.trailing_zeros() as usize % LANES);
+        left &= left - 1;
     }
 }
 

@@ -2,6 +2,7 @@ use super::candidates::Candidates;
 use super::tangents::tangents;
 use super::{ApexGrid, LANES, TURN, WIDER};
 use crate::math::mask;
+use crate::tree::beam::for_each_pair;
 use glam::Vec3;
 
 impl ApexGrid {
@@ -20,12 +21,9 @@ impl ApexGrid {
         let ball = Ball::new(q, reach);
         let radius_squared = radius * radius;
         let mut judge = |near: &[u32]| {
-            for &place in near {
-                let beam = &self.beams[place as usize];
-                if let Some((t, distance_squared)) = beam.pair(p, radius_squared) {
-                    visit(beam.index, t, distance_squared);
-                }
-            }
+            for_each_pair(&self.beams, near, p, radius_squared, |beam, t, distance_squared| {
+                visit(beam.index, t, distance_squared);
+            });
         };
         let mut candidates = Candidates::none();
         for row in rows[0]..=rows[1] {

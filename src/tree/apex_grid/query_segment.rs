@@ -2,6 +2,7 @@ use super::candidates::Candidates;
 use super::tangents::tangents;
 use super::{ApexGrid, LANES, TURN, WIDER};
 use crate::math::{mask, Approach, Segment};
+use crate::tree::beam::for_each_pair_along;
 use crate::tree::interval::Interval;
 use glam::Vec3;
 
@@ -24,12 +25,9 @@ impl ApexGrid {
         let band = Band::new(self, &capsule);
         let radius_squared = radius * radius;
         let mut judge = |near: &[u32]| {
-            for &place in near {
-                let beam = &self.beams[place as usize];
-                if let Some(approach) = beam.pair_along(photon_beam, radius_squared) {
-                    visit(beam.index, approach);
-                }
-            }
+            for_each_pair_along(&self.beams, near, photon_beam, radius_squared, |beam, approach| {
+                visit(beam.index, approach);
+            });
         };
         let mut candidates = Candidates::none();
         for row in rows[0]..=rows[1] {

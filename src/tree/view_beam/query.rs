@@ -1,6 +1,7 @@
 use glam::Vec3;
 
 use super::{Leaf, ViewBeamTree};
+use crate::tree::beam::for_each_pair;
 use crate::tree::MAX_DEPTH;
 
 impl ViewBeamTree {
@@ -78,12 +79,11 @@ impl ViewBeamTree {
         radius_squared: f32,
         visit: &mut impl FnMut(u32, f32, f32),
     ) {
-        for &reference in &self.references[leaf.range()] {
-            let beam = &self.beams[reference as usize];
-            let Some((t, distance_squared)) = beam.pair(p, radius_squared) else { continue };
+        let places = &self.references[leaf.range()];
+        for_each_pair(&self.beams, places, p, radius_squared, |beam, t, distance_squared| {
             if leaf.cell.owns(beam.segment.at(t)) {
                 visit(beam.index, t, distance_squared);
             }
-        }
+        });
     }
 }

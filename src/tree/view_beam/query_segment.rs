@@ -2,6 +2,7 @@ use glam::Vec3;
 
 use super::{Leaf, ViewBeamTree};
 use crate::math::{Aabb, Approach, Segment};
+use crate::tree::beam::for_each_pair_along;
 use crate::tree::interval::Interval;
 use crate::tree::MAX_DEPTH;
 
@@ -98,14 +99,12 @@ impl ViewBeamTree {
         radius_squared: f32,
         visit: &mut impl FnMut(u32, Approach),
     ) {
-        for &reference in &self.references[leaf.range()] {
-            let beam = &self.beams[reference as usize];
-            if let Some(approach) = beam.pair_along(photon_beam, radius_squared) {
-                if leaf.cell.owns(beam.segment.at(approach.t)) {
-                    visit(beam.index, approach);
-                }
+        let places = &self.references[leaf.range()];
+        for_each_pair_along(&self.beams, places, photon_beam, radius_squared, |beam, approach| {
+            if leaf.cell.owns(beam.segment.at(approach.t)) {
+                visit(beam.index, approach);
             }
-        }
+        });
     }
 }
 

@@ -17,41 +17,56 @@ use vpt::transport::walks::Walks;
 
 const SCENES: [&str; 3] = ["cornell_fog", "window_room", "smoke"];
 const TURNS: usize = 5;
-/// Photons of a pass, where they are points and where they are beams.
-const POINTS: u64 = 100_000;
-const BEAMS: u64 = 20_000;
 /// Passes of a turn: those that the paper's preset shoots at one set of view beams.
 const PASSES: u32 = 4;
+
+/// How much there is to do in a pass.
+struct Load {
+    /// Pixels along an edge of the picture, a view ray each.
+    side: u32,
+    /// Walks whose photons are points.
+    points: u64,
+    /// Walks whose photons are beams.
+    beams: u64,
+}
+
+/// Several photons for each pixel.
+const MANY_PHOTONS: Load = Load { side: 160, points: 100_000, beams: 20_000 };
+/// As the publication renders its simplest scene. [Collin 2013, table 2, dragon smokes]
+const PUBLICATION: Load = Load { side: 768, points: 50_000, beams: 5_000 };
 
 fn main() {
     // Cargo passes arguments of its own.
     let variant = std::env::args().find(|argument| argument.ends_with("_rgb"));
     let session = Session::start(variant.as_deref(), None, 0).expect("Mitsuba starts");
-    println!("{}, 160x160, {} threads", session.variant(), rayon::current_num_threads());
-    let scenes = SCENES.map(|name| (name, load(&session, name)));
-    against_baselines(&scenes);
+    println!("{}, {} threads", session.variant(), rayon::current_num_threads());
+    against_baselines(&session, &PUBLICATION, &[PASSES]);
+    against_baselines(&session, &MANY_PHOTONS, &[PASSES, 1]);
+    let scenes = scenes(&session, &MANY_PHOTONS);
     if session.variant().starts_with("scalar") {
         against_one_thread(&scenes);
     }
     trees(&scenes);
 }
 
-fn load<'a>(session: &'a Session, name: &str) -> LoadedScene<'a> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("mitsuba_scenes").join(name);
-    let size = |axis: &str| (axis.to_owned(), "160".to_owned());
-    let defines = vec![size("resx"), size("resy")];
-    let file = SceneFile { path: folder.join("scene.xml"), defines, ..SceneFile::default() };
-    session.load(&file).expect("the scene loads")
+fn scenes<'a>(session: &'a Session, load: &Load) -> [(&'static str, LoadedScene<'a>); 3] {
+    SCENES.map(|name| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("mitsuba_scenes").join(name);
+        let size = |axis: &str| (axis.to_owned(), load.side.to_string());
+        let defines = vec![size("resx"), size("resy")];
+        let file = SceneFile { path: folder.join("scene.xml"), defines, ..SceneFile::default() };
+        (name, session.load(&file).expect("the scene loads"))
+    })
 }
 
 /// The paper's preset. View beams that stay for several passes are part of its advantage: with `jitter_every` 1 the method
 /// traces as many as a baseline.
-fn paper(loaded: &LoadedScene, method: Method, jitter_every: u32) -> Parameters {
+fn paper(loaded: &LoadedScene, load: &Load, method: Method, jitter_every: u32) -> Parameters {
     let limits = loaded.parameters(0).expect("the parameters are right").limits;
     Parameters {
         method,
         jitter_every,
-        photons: if matches!(method, Method::Ppt | Method::Apa) { POINTS } else { BEAMS },
+        photons: if shoots_points(method) { load.points } else { load.beams },
         limits,
         passes: u32::MAX,
         estimate_error: false,
@@ -59,19 +74,25 @@ fn paper(loaded: &LoadedScene, method: Method, jitter_every: u32) -> Parameters 
     }
 }
 
-fn against_baselines(scenes: &[(&str, LoadedScene)]) {
+fn shoots_points(method: Method) -> bool {
+    matches!(method, Method::Ppt | Method::Apa)
+}
+
+fn against_baselines(session: &Session, load: &Load, jitters: &[u32]) {
+    let Load { side, points, beams } = load;
+    println!("\n{side}x{side}, {points} walks with points, {beams} with beams");
     println!(
-        "\n{:<28} {:>12} {:>12}  {:<22} {:>12}  bound",
+        "{:<28} {:>12} {:>12}  {:<22} {:>12}  bound",
         "passes per second", "method", "baseline", "ratio", "walks alone"
     );
-    for (name, loaded) in scenes {
+    for (name, loaded) in &scenes(session, load) {
         let lent = loaded.lend(0).expect("the scene is lent");
         let begin = |parameters| begin(lent.scene(), &parameters);
         for (method, baseline) in [(Method::Ppt, Method::Apa), (Method::Ppbt, Method::Ppb)] {
-            for jitter_every in [PASSES, 1] {
-                let mut first = begin(paper(loaded, method, jitter_every));
-                let mut second = begin(paper(loaded, baseline, 1));
-                let walks = paper(loaded, method, jitter_every);
+            for &jitter_every in jitters {
+                let mut first = begin(paper(loaded, load, method, jitter_every));
+                let mut second = begin(paper(loaded, load, baseline, 1));
+                let walks = paper(loaded, load, method, jitter_every);
                 let turns = by_turns(|| {
                     let pair = [passes_per_second(&mut first), passes_per_second(&mut second)];
                     let alone = walks_per_second(lent.scene(), &walks);
@@ -97,7 +118,7 @@ fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
         let lent = loaded.lend(0).expect("the scene is lent");
         let scene = lent.scene();
         for method in [Method::Ppt, Method::Ppbt] {
-            let parameters = paper(loaded, method, PASSES);
+            let parameters = paper(loaded, &MANY_PHOTONS, method, PASSES);
             let on = |pool: &ThreadPool| {
                 pool.install(|| passes_per_second(&mut begin(scene, &parameters)))
             };
@@ -163,7 +184,7 @@ fn passes_per_second(render: &mut Box<dyn Progressive + '_>) -> f64 {
 /// What passes would take if all that is done with photons, view rays and trees cost nothing.
 fn walks_per_second(scene: &dyn Scene, parameters: &Parameters) -> f64 {
     let plan = parameters.plan(scene.description());
-    let with_segments = matches!(parameters.method, Method::Ppbt | Method::Ppb);
+    let with_segments = !shoots_points(parameters.method);
     let clock = Instant::now();
     for pass in 0..PASSES {
         let walk = |batch: vpt::scene::Batch| {

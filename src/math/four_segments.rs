@@ -99,8 +99,11 @@ mod tests {
     }
 
     fn segment() -> impl Strategy<Value = Segment> {
-        (vector(), vector(), number())
-            .prop_map(|(origin, direction, length)| Segment { origin, direction, length })
+        (vector(), vector(), number()).prop_map(|(origin, direction, length)| Segment {
+            origin,
+            direction,
+            length,
+        })
     }
 
     /// Bits, where all that is not a number is the same.

@@ -15,13 +15,22 @@ impl From<Vec3> for Octahedral {
     }
 }
 
+impl Octahedral {
+    /// The place on the octahedron, 1/√3 to 1 from its middle: enough where the side of a plane is asked.
+    #[inline]
+    pub fn on_faces(self) -> Vec3 {
+        let Octahedral([u, v]) = self;
+        let z = 1.0 - u.abs() - v.abs();
+        let [x, y] = if z < 0.0 { fold([u, v]) } else { [u, v] };
+        Vec3::new(x, y, z)
+    }
+}
+
 impl From<Octahedral> for Vec3 {
     /// Of unit length.
     #[inline]
-    fn from(Octahedral([u, v]): Octahedral) -> Self {
-        let z = 1.0 - u.abs() - v.abs();
-        let [x, y] = if z < 0.0 { fold([u, v]) } else { [u, v] };
-        Vec3::new(x, y, z).normalize()
+    fn from(direction: Octahedral) -> Self {
+        direction.on_faces().normalize()
     }
 }
 

@@ -186,7 +186,7 @@ impl<'a> Pairs<'a> {
         distance_squared: f32,
         out: &mut Gathered<S>,
     ) {
-        let (geometric_normal, normal) = (point.geometric_normal.into(), point.normal.into());
+        let (geometric_normal, normal) = (point.geometric_normal.into(), point.normal.on_faces());
         let height = (photon.position - position).dot(geometric_normal).abs();
         if photon.geometric_normal.dot(geometric_normal) < SAME_SURFACE
             || height > SAME_HEIGHT * self.radii.surface

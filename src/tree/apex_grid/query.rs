@@ -2,7 +2,7 @@ use super::candidates::Candidates;
 use super::tangents::tangents;
 use super::{ApexGrid, LANES, TURN, WIDER};
 use crate::math::mask;
-use crate::tree::beam::for_each_pair;
+use crate::tree::beam::{for_each_pair, Beam};
 use glam::Vec3;
 
 impl ApexGrid {
@@ -21,9 +21,8 @@ impl ApexGrid {
         let ball = Ball::new(q, reach);
         let radius_squared = radius * radius;
         let mut judge = |near: &[u32]| {
-            for_each_pair(&self.beams, near, p, radius_squared, |beam, t, distance_squared| {
-                visit(beam.index, t, distance_squared);
-            });
+            let visit = |beam: &Beam, t, d2| visit(beam.index, t, d2);
+            for_each_pair(&self.beams, near, p, radius_squared, visit);
         };
         let mut candidates = Candidates::none();
         for row in rows[0]..=rows[1] {

@@ -2,7 +2,7 @@ use super::candidates::Candidates;
 use super::tangents::tangents;
 use super::{ApexGrid, LANES, TURN, WIDER};
 use crate::math::{mask, Approach, Segment};
-use crate::tree::beam::for_each_pair_along;
+use crate::tree::beam::{for_each_pair_along, Beam};
 use crate::tree::interval::Interval;
 use glam::Vec3;
 
@@ -25,9 +25,8 @@ impl ApexGrid {
         let band = Band::new(self, &capsule);
         let radius_squared = radius * radius;
         let mut judge = |near: &[u32]| {
-            for_each_pair_along(&self.beams, near, photon_beam, radius_squared, |beam, approach| {
-                visit(beam.index, approach);
-            });
+            let visit = |beam: &Beam, approach| visit(beam.index, approach);
+            for_each_pair_along(&self.beams, near, photon_beam, radius_squared, visit);
         };
         let mut candidates = Candidates::none();
         for row in rows[0]..=rows[1] {

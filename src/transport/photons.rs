@@ -12,8 +12,8 @@ use crate::math::uniform::{self, Purpose};
 use crate::plan::Connections;
 use crate::scene::{Batch, SceneResult};
 
-/// Deposits that a round of batches may hold before they are added up; bounds memory.
-const DEPOSITS_PER_ROUND: usize = 1 << 20;
+/// Deposits that a round of batches may hold before they are added up; bounds memory, at 20 bytes each.
+const DEPOSITS_PER_ROUND: usize = 1 << 22;
 /// Batches per round at most.
 const BATCHES_PER_ROUND: u64 = 64;
 
@@ -128,10 +128,10 @@ impl UniformShooter {
     fn plan_round(&mut self, deposits: &[Deposits]) {
         let total: usize = deposits.iter().map(Deposits::count).sum();
         let per_batch = total.div_ceil(deposits.len().max(1)).max(1);
-        // No thread is left without a batch; how many there are in a round changes nothing but memory.
+        // As many for each thread, since all wait for the last one; how many there are in a round changes nothing but memory.
         let threads = rayon::current_num_threads() as u64;
-        self.batches_per_round = ((DEPOSITS_PER_ROUND / per_batch) as u64)
-            .clamp(threads, BATCHES_PER_ROUND.max(threads));
+        let batches = ((DEPOSITS_PER_ROUND / per_batch) as u64).min(BATCHES_PER_ROUND);
+        self.batches_per_round = batches.next_multiple_of(threads).max(threads);
     }
 }
 

@@ -65,7 +65,7 @@ measure_passes() {
 Passes per second, preset `paper`; in brackets for how many passes view beams stay (baselines trace new ones in each). First the picture and the photons of the simplest scene in
 the publication's table 2 (dragon smokes: a twelfth of a photon for each pixel, 0.11 at most elsewhere), then several photons for each pixel, where walks and queries, which both sides share,
 weigh more. `bound` is the ratio that would be left if photons cost nothing once they are traced: the walks alone, which both share, against the baseline. Below, two threads
-against one (first for arithmetic that shares nothing: what this machine gives), and what of a render with the default preset goes into trees.
+against one (first for arithmetic that shares nothing, which waits for itself or fills a core: what this machine gives), and what of a render with the default preset goes into trees.
 
 TEXT
     measured 'cargo bench --bench passes -- scalar_rgb'

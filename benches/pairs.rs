@@ -12,13 +12,14 @@ use vpt::math::Approach;
 use vpt::method::Silent;
 use vpt::plan::Plan;
 use vpt::scene::Scene;
-use vpt::transport::gather::{per_task, Particles};
+use vpt::transport::gathering::per_task;
 use vpt::transport::pairs::{Gathered, Pairs};
 use vpt::transport::photon::{MediumPhoton, SurfacePhoton};
 use vpt::transport::photon_beam::{BeamKind, PhotonBeam, PhotonBeams};
 use vpt::transport::receivers::Receivers;
 use vpt::transport::splat::Splat;
 use vpt::transport::store::{Storage, StoredPhotons};
+use vpt::transport::target::Particles;
 use vpt::transport::view;
 
 const SCENES: [&str; 2] = ["cornell_fog", "window_room"];

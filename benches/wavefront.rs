@@ -14,11 +14,11 @@ use vpt::method::{Method, Parameters, Preset, Shooting, Silent};
 use vpt::plan::Plan;
 use vpt::scene::Scene;
 use vpt::transport::deposits::PixelSums;
-use vpt::transport::gather::{Particles, Target};
 use vpt::transport::numbers::Uniform;
 use vpt::transport::photon::Family;
 use vpt::transport::photons::UniformShooter;
 use vpt::transport::receivers::Receivers;
+use vpt::transport::target::{Particles, Target};
 use vpt::transport::view;
 use vpt::transport::walks::Walks;
 

@@ -21,9 +21,9 @@ use vpt::math::Rgb;
 use vpt::method::{self, Method, Outcome, Parameters, Preset, Shooting, Silent};
 use vpt::plan::{Plan, Steering, Wishes};
 use vpt::scene::{PathLimits, Scene, VACUUM};
-use vpt::transport::gather::{Particles, Target};
 use vpt::transport::photon::Family;
 use vpt::transport::receivers::Receivers;
+use vpt::transport::target::{Particles, Target};
 use vpt::transport::view;
 
 const PIXELS: u32 = 16;

@@ -1,7 +1,7 @@
 //! Batches that suit chains.
 
 use crate::scene::Batching;
-use crate::transport::gather::Target;
+use crate::transport::target::Target;
 
 /// Lanes per batch where several threads work side by side: small, so that each gets some.
 const CONCURRENT_LANES: u64 = 64;

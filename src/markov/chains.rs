@@ -2,16 +2,17 @@
 
 use super::batches::batching;
 use super::mutation::{Mutation, MutationSize};
-use super::recorded::{Mutated, PrimarySample, Record, Recorded, Replayed};
+use super::recorded::{Mutated, Record, Recorded, Replayed};
+use super::state::State;
 use super::trails::{Seen, Trail, Trails};
-use crate::crew;
 use crate::math::uniform::{self, Purpose};
+use crate::scene::work;
 use crate::scene::{Batching, Scene, SceneResult};
 use crate::transport::counters::Counters;
-use crate::transport::deposits::{Deposit, Deposits, PixelSums};
-use crate::transport::gather::Target;
+use crate::transport::deposits::{Deposits, PixelSums};
 use crate::transport::numbers::Numbers;
 use crate::transport::photon::{Family, PerFamily};
+use crate::transport::target::Target;
 use rand::Rng;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -22,21 +23,6 @@ const LOST_SHARE: f64 = 0.05;
 const STORED_DEPOSITS: usize = 1 << 24;
 /// Chains that one task gives new states.
 const CHAINS_PER_TASK: usize = 2048;
-
-/// A visible walk and what it adds to the picture.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct State {
-    pub sample: PrimarySample,
-    pub deposits: Vec<Deposit>,
-}
-
-impl State {
-    /// Keeps its memory.
-    fn copy_from(&mut self, other: &State) {
-        self.sample.clone_from(&other.sample);
-        self.deposits.clone_from(&other.deposits);
-    }
-}
 
 #[derive(Debug, Clone, Default)]
 struct Chain {
@@ -472,7 +458,7 @@ fn accept(
         deposits: Deposits::new(places),
     };
     let mut tasks: Vec<Acceptance> = parts.map(task).collect();
-    crew::for_each(scene, tasks.iter_mut().collect(), |task| task.run(mutations));
+    work::for_each(scene, tasks.iter_mut().collect(), |task| task.run(mutations));
     for task in tasks {
         result.counts.accepted_walks += task.accepted;
         result.deposits.append(task.deposits);
@@ -499,6 +485,7 @@ impl Acceptance<'_, '_> {
 mod tests {
     use super::*;
     use crate::math::Rgb;
+    use crate::transport::deposits::Deposit;
     use rand_pcg::Pcg64Mcg;
 
     const CHAINS: usize = 50;

@@ -30,6 +30,7 @@ mod chains;
 mod mutation;
 mod recorded;
 mod shooter;
+mod state;
 mod trails;
 
 pub use chains::{ChainCounts, Population};

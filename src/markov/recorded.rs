@@ -1,8 +1,8 @@
 //! Numbers that are kept, replayed or mutated.
 
 use super::mutation::Mutation;
-use crate::crew;
 use crate::math::uniform;
+use crate::scene::work;
 use crate::scene::{Scene, EMIT_DIMENSIONS, EMIT_SEED, PHOTON_STEP_DIMENSIONS};
 use crate::transport::numbers::{Alive, Numbers};
 use rand::SeedableRng;
@@ -185,7 +185,7 @@ fn mutate_all(mutation: Mutation, known: &[f32; LANES_AT_ONCE], drawn: &mut [f32
 
 /// The lanes of each task.
 fn tasks<'a>(planes: &'a mut [f32], lanes: usize, rng: &mut Pcg64Mcg) -> Vec<Lanes<'a>> {
-    let parts = (0..).step_by(LANES_PER_TASK).zip(crew::cut(planes, lanes, LANES_PER_TASK));
+    let parts = (0..).step_by(LANES_PER_TASK).zip(work::cut(planes, lanes, LANES_PER_TASK));
     parts.map(|(first, planes)| Lanes { first, planes, rng: Pcg64Mcg::from_rng(rng) }).collect()
 }
 
@@ -197,7 +197,7 @@ impl Numbers for Mutated<'_> {
         let known = |walk: usize| samples[walk];
         // The seed, which comes last, names a stream of hashes: a neighbour of it has nothing in common with it.
         let (mutated, seeds) = out.split_at_mut(EMIT_SEED * walks);
-        crew::for_each(scene, tasks(mutated, walks, &mut self.rng), |lanes| {
+        work::for_each(scene, tasks(mutated, walks, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
         for (seed, sample) in seeds.iter_mut().zip(samples) {
@@ -211,7 +211,7 @@ impl Numbers for Mutated<'_> {
         let (samples, mutation) = (&self.samples, self.mutation);
         let first = EMIT_DIMENSIONS + PHOTON_STEP_DIMENSIONS * steps.start;
         let known = |lane: usize| samples[walks[lane] as usize].get(first..).unwrap_or_default();
-        crew::for_each(scene, tasks(out, lanes, &mut self.rng), |lanes| {
+        work::for_each(scene, tasks(out, lanes, &mut self.rng), |lanes| {
             lanes.fill(mutation, known);
         });
     }

@@ -1,18 +1,19 @@
 //! Shoots a pass by the uniform stream and, for each family that profits, by chains.
 
 use super::batches::batching;
-use super::chains::{ChainCounts, Clock, Population, State};
+use super::chains::{ChainCounts, Clock, Population};
 use super::recorded::Recorded;
+use super::state::State;
 use super::trails::{Seen, Trails};
 use crate::math::uniform::{self, Purpose};
 use crate::plan::Steering;
 use crate::scene::{Batch, SceneResult};
 use crate::transport::counters::Counters;
 use crate::transport::deposits::{Deposits, PixelSums};
-use crate::transport::gather::Target;
 use crate::transport::numbers::Uniform;
 use crate::transport::photon::{Family, PerFamily};
 use crate::transport::photons::UniformShooter;
+use crate::transport::target::Target;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
 

@@ -1,9 +1,9 @@
 //! Deposits kept by walk, for as long as a chain may have to repeat them.
 
-use super::chains::State;
 use super::recorded::{Reader, Record};
-use crate::crew;
+use super::state::State;
 use crate::math::Rgb;
+use crate::scene::work;
 use crate::scene::Scene;
 use crate::transport::deposits::{Deposit, Sink};
 use crate::transport::photon::{Family, PerFamily};
@@ -88,7 +88,7 @@ impl Seen<'_> {
             let mut spares = spares.lock().expect("no thread panicked");
             seen.map(|walk| (walk, spares.pop().unwrap_or_default())).collect()
         };
-        crew::for_each(scene, states.chunks_mut(STATES_PER_TASK).collect(), |states| {
+        work::for_each(scene, states.chunks_mut(STATES_PER_TASK).collect(), |states| {
             let mut reader = self.reader_at(states[0].0);
             states.iter_mut().for_each(|(walk, state)| reader.read(*walk, state));
         });

@@ -6,7 +6,6 @@ use crate::markov::FamilyReport;
 use crate::plan::Plan;
 use crate::scene::{Scene, SceneResult};
 use crate::transport::deposits::PixelSums;
-use crate::transport::gather::{Particles, Target};
 use crate::transport::memory::HoldsReceivers;
 use crate::transport::pairs::Pairs;
 use crate::transport::photon::PerFamily;
@@ -14,6 +13,7 @@ use crate::transport::photon_map::PhotonMap;
 use crate::transport::photons::UniformShooter;
 use crate::transport::receivers::Receivers;
 use crate::transport::store::{Storage, StoredPhotons};
+use crate::transport::target::{Particles, Target};
 use std::cell::Cell;
 use std::time::Instant;
 

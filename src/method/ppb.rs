@@ -5,7 +5,7 @@ use super::run::{Progressive, Run};
 use super::{Parameters, RenderError};
 use crate::density::radius::KernelDimensions;
 use crate::scene::Scene;
-use crate::transport::gather::Particles;
+use crate::transport::target::Particles;
 use crate::transport::view::ViewPaths;
 
 /// Begins a render with method `ppb`.

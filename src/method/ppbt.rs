@@ -5,9 +5,9 @@ use super::run::{Progressive, Run};
 use super::{Parameters, RenderError};
 use crate::density::radius::KernelDimensions;
 use crate::scene::Scene;
-use crate::transport::gather::Particles;
 use crate::transport::photons::UniformShooter;
 use crate::transport::receivers::Receivers;
+use crate::transport::target::Particles;
 
 /// Begins a render with method `ppbt`.
 pub fn begin<'a>(

@@ -6,8 +6,8 @@ use super::{Parameters, RenderError};
 use crate::density::radius::KernelDimensions;
 use crate::markov::ChainShooter;
 use crate::scene::Scene;
-use crate::transport::gather::Particles;
 use crate::transport::receivers::Receivers;
+use crate::transport::target::Particles;
 
 /// Begins a render with method `ppt_metro`.
 pub fn begin<'a>(

@@ -1,6 +1,5 @@
 //! Where to look closer: the parts of the picture in which the methods go wrong most.
 
-use super::metrics::dark_level;
 use super::picture::Picture;
 
 /// A part of a picture, in pixels.
@@ -33,7 +32,7 @@ impl Crop {
 /// most from the reference, relative to it.
 pub fn choose(reference: &Picture, pictures: &[&Picture], count: usize) -> Vec<Crop> {
     let [width, height] = reference.size().map(|side| (side / 5).max(1));
-    let floor = dark_level(reference);
+    let floor = reference.dark_level();
     let mut candidates: Vec<(f64, Crop)> = Vec::new();
     for y in (0..=reference.height - height).step_by((height / 2).max(1)) {
         for x in (0..=reference.width - width).step_by((width / 2).max(1)) {

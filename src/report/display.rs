@@ -1,6 +1,5 @@
 //! Linear pictures as bytes that a screen shows.
 
-use super::metrics::dark_level;
 use super::picture::Picture;
 use crate::math::srgb;
 use image::{ImageFormat, RgbImage};
@@ -53,7 +52,7 @@ impl Exposure {
 /// Where a picture is too bright (red) and too dark (blue); white where it is right. Relative to the
 /// reference's luminance, full colour at 50 %.
 pub fn difference(picture: &Picture, reference: &Picture) -> RgbImage {
-    let floor = dark_level(reference);
+    let floor = reference.dark_level();
     to_image(reference, |index| {
         let (x, r) = (luminance(picture.pixels[index]), luminance(reference.pixels[index]));
         let share = ((x - r) / (r.abs() + floor) / FULL_COLOUR).clamp(-1.0, 1.0);

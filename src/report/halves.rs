@@ -1,7 +1,7 @@
 //! What two independent renders of one picture tell about each other without any reference: the noise of their mean,
 //! and how far the expectations of two such pairs lie apart.
 
-use super::metrics::{dark_floor, relative_mse, rmse};
+use super::metrics::{relative_mse, rmse};
 use super::picture::Picture;
 use super::results::Noise;
 
@@ -85,7 +85,7 @@ impl Halves {
 /// The squared difference of what two pairs expect, relative to `scale` as in the relative MSE. The product of the
 /// differences of the first and of the second halves has no noise in the mean, as the halves are independent.
 pub fn squared_difference(x: &Halves, y: &Halves, scale: &Picture) -> Square {
-    let floor = dark_floor(scale);
+    let floor = scale.dark_floor();
     let product = |index: usize| -> f64 {
         let channel = |c: usize| {
             let difference = |half: usize| {

@@ -59,18 +59,8 @@ impl Judge {
 /// Mean over pixels and channels of `(x - r)² / (r² + (m/10)²)`, `m` being the reference's [`Picture::brightness`]: the usual
 /// relative error, kept finite in the dark. The pictures must have one size.
 pub fn relative_mse(picture: &Picture, reference: &Picture) -> f64 {
-    let floor = dark_floor(reference);
+    let floor = reference.dark_floor();
     mean_over(picture, reference, |x, r| (x - r).powi(2) / (r * r + floor))
-}
-
-/// What is added to a squared reference that squared errors are divided by.
-pub(super) fn dark_floor(reference: &Picture) -> f64 {
-    dark_level(reference).powi(2).max(f64::MIN_POSITIVE)
-}
-
-/// What is added to a reference that errors are divided by: a look at the whole picture, so not to be asked for pixel by pixel.
-pub(super) fn dark_level(reference: &Picture) -> f64 {
-    0.1 * reference.brightness() + f64::MIN_POSITIVE
 }
 
 /// Root of the mean squared difference over pixels and channels. The pictures must have one size.

@@ -49,6 +49,16 @@ impl Picture {
         brightness((0..3 * self.pixels.len()).map(channel))
     }
 
+    /// What is added to a reference that errors are divided by: a look at the whole picture, so not to be asked for pixel by pixel.
+    pub(super) fn dark_level(&self) -> f64 {
+        0.1 * self.brightness() + f64::MIN_POSITIVE
+    }
+
+    /// What is added to a squared reference that squared errors are divided by.
+    pub(super) fn dark_floor(&self) -> f64 {
+        self.dark_level().powi(2).max(f64::MIN_POSITIVE)
+    }
+
     /// Reads channels R, G and B of an EXR file's first layer.
     pub fn read_exr(path: &Path) -> Result<Self, PictureError> {
         let image = read_first_rgba_layer_from_file(

@@ -25,6 +25,7 @@ mod limits;
 mod photon_vertices;
 mod planes;
 mod view_vertices;
+pub mod work;
 
 pub use batching::{Batch, Batching};
 pub use facts::{

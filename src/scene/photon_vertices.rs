@@ -1,7 +1,7 @@
 //! What photon walks meet.
 
+use super::work;
 use super::{Planes, Scene};
-use crate::crew;
 
 /// What happened at the end of a photon's segment ([`PhotonVertices::event`]).
 pub mod photon_event {
@@ -83,7 +83,7 @@ impl PhotonVertices {
         let segments = self.segments.as_mut().map(|segments| &mut segments.flux);
         let fluxes = [&mut self.flux].into_iter().chain(segments);
         let planes = fluxes.flat_map(Planes::planes_mut).collect();
-        crew::for_each_if(walks.len() >= SHARED_LANES, scene, planes, |plane: &mut [f32]| {
+        work::for_each_if(walks.len() >= SHARED_LANES, scene, planes, |plane: &mut [f32]| {
             for (value, &walk) in plane.iter_mut().zip(walks) {
                 *value *= weights[walk as usize];
             }
@@ -97,7 +97,7 @@ impl PhotonVertices {
         let lanes = self.event.len();
         if present.len() < lanes {
             let is_worth_it = lanes >= SHARED_LANES;
-            crew::for_each_if(is_worth_it, scene, self.parts(), |part| part.keep(&present));
+            work::for_each_if(is_worth_it, scene, self.parts(), |part| part.keep(&present));
         }
     }
 

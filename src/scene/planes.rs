@@ -1,7 +1,7 @@
 //! Vectors of many lanes.
 
+use super::work;
 use super::Scene;
-use crate::crew;
 use crate::math::Rgb;
 
 /// Lanes of one task.
@@ -75,9 +75,9 @@ impl Planes {
     ) -> Self {
         let mut planes = Planes::default();
         planes.resize(lanes);
-        let parts = crew::cut(&mut planes.values, lanes, PER_TASK);
+        let parts = work::cut(&mut planes.values, lanes, PER_TASK);
         let tasks = (0..).step_by(PER_TASK).zip(parts).collect();
-        crew::for_each(scene, tasks, |(first, parts)| {
+        work::for_each(scene, tasks, |(first, parts)| {
             let mut rows = PlaneRows(parts.try_into().expect("three planes"));
             (first..lanes).take(PER_TASK).for_each(|lane| rows.set(lane - first, value(lane)));
         });

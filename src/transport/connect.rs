@@ -8,12 +8,12 @@ use super::numbers::draw;
 use super::pairs::{Gathered, LampSample, Pairs};
 use super::photon::Family;
 use super::view::{ViewBeam, ViewPaths};
-use crate::crew;
 use crate::density::radius::Radii;
 use crate::effect::Effect;
 use crate::math::uniform::{self, Purpose};
 use crate::math::Rgb;
 use crate::plan::{Connections, Plan};
+use crate::scene::work;
 use crate::scene::*;
 use glam::Vec3;
 use rand_pcg::Pcg64Mcg;
@@ -236,7 +236,7 @@ impl<'a> Connector<'a> {
         if lanes > 0 {
             draw(rng, self.scene, &mut numbers, LAMP_DIMENSIONS * lanes);
             let parts = (0..).step_by(PER_TASK).zip(numbers[..lanes].chunks_mut(PER_TASK));
-            crew::for_each(self.scene, parts.collect(), |(first, numbers)| {
+            work::for_each(self.scene, parts.collect(), |(first, numbers)| {
                 for (lane, number) in (first..).zip(numbers) {
                     *number = stratified(sample_of(lane) % self.samples, self.samples, *number);
                 }
@@ -255,7 +255,7 @@ impl<'a> Connector<'a> {
         let starts = (0..lanes).step_by(PER_TASK);
         let mut parts: Vec<_> = starts.map(|_| Gathered::new(Found::default())).collect();
         let tasks = (0..).step_by(PER_TASK).zip(&mut parts).collect();
-        crew::for_each(self.scene, tasks, |(first, out)| {
+        work::for_each(self.scene, tasks, |(first, out)| {
             (first..lanes.min(first + PER_TASK)).for_each(|lane| add(lane, out));
         });
         let mut all = Gathered::new(Found::default());

@@ -1,8 +1,8 @@
 //! What photons add to pixels, in an order that does not depend on the number of threads.
 
 use super::photon::Family;
-use crate::crew;
 use crate::math::Rgb;
+use crate::scene::work;
 use crate::scene::Scene;
 use rayon::prelude::*;
 
@@ -204,9 +204,9 @@ impl PixelSums {
         };
         let is_worth_it = batches.iter().map(Deposits::count).sum::<usize>() >= ADDED_ALONE;
         let shares = self.sums.chunks_mut(pixels).enumerate().collect();
-        crew::for_each_if(is_worth_it, scene, shares, add);
+        work::for_each_if(is_worth_it, scene, shares, add);
         let counts = self.counts.chunks_mut(pixels).enumerate().collect();
-        crew::for_each(scene, counts, |(share, counts): (usize, &mut [u64])| {
+        work::for_each(scene, counts, |(share, counts): (usize, &mut [u64])| {
             for deposit in batches.iter().flat_map(|batch| batch.of_share(share)) {
                 counts[deposit.pixel as usize - share * pixels] += 1;
             }

@@ -1,9 +1,9 @@
 //! Walks whose emission may be guided.
 
 use super::numbers::{Alive, Numbers, Uniform};
-use crate::crew;
 use crate::guide::{EmissionGuide, GUIDED_DIMENSIONS};
 use crate::math::uniform;
+use crate::scene::work;
 use crate::scene::Scene;
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -35,12 +35,12 @@ impl Numbers for Guided<'_> {
         self.weights.resize(walks, 1.0);
         let guided = &mut out[..GUIDED_DIMENSIONS * walks];
         let parts =
-            crew::cut(guided, walks, PER_TASK).into_iter().zip(self.weights.chunks_mut(PER_TASK));
+            work::cut(guided, walks, PER_TASK).into_iter().zip(self.weights.chunks_mut(PER_TASK));
         let tasks = parts.map(|(planes, weights)| {
             let rng = uniform::split_off(&mut self.rest.0, weights.len() * GUIDED_DIMENSIONS);
             Warp { guide, rng, planes, weights }
         });
-        crew::for_each(scene, tasks.collect(), Warp::run);
+        work::for_each(scene, tasks.collect(), Warp::run);
     }
 
     fn steps(&mut self, scene: &dyn Scene, steps: Range<usize>, alive: Alive, out: &mut Vec<f32>) {

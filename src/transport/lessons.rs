@@ -3,10 +3,10 @@
 
 use super::counters::{Counters, SEGMENTS_PER_USUAL_WALK};
 use super::deposits::{Deposit, Sink};
-use super::gather::Target;
 use super::guided::Guided;
 use super::numbers::{Alive, Numbers};
 use super::photon::Family;
+use super::target::Target;
 use crate::guide::{self, EmissionGuide, Lesson};
 use crate::math::uniform::{self, Purpose};
 use crate::scene::{Batch, Scene, SceneResult};

@@ -1,7 +1,7 @@
 //! Where walks take their uniform numbers from: a point in primary sample space. [Kelemen 2002]
 
-use crate::crew;
 use crate::math::uniform;
+use crate::scene::work;
 use crate::scene::{Scene, EMIT_DIMENSIONS, PHOTON_STEP_DIMENSIONS};
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
@@ -41,7 +41,7 @@ pub struct Alive<'a> {
 pub fn draw(rng: &mut Pcg64Mcg, scene: &dyn Scene, out: &mut Vec<f32>, count: usize) {
     out.resize(count, 0.0);
     let parts = out.chunks_mut(PER_TASK).map(|part| (uniform::split_off(rng, part.len()), part));
-    crew::for_each(scene, parts.collect(), |(mut rng, part)| uniform::fill_slice(&mut rng, part));
+    work::for_each(scene, parts.collect(), |(mut rng, part)| uniform::fill_slice(&mut rng, part));
 }
 
 /// Independent numbers from a stream.

@@ -2,12 +2,13 @@
 //! let the photons of the last ones look for receivers.
 
 use super::deposits::Sink;
-use super::gather::{per_task, Gathering};
+use super::gathering::{per_task, Gathering};
 use super::numbers::Numbers;
 use super::pairs::Gathered;
 use super::photon_beam::PhotonBeams;
 use super::walks::Walks;
-use crate::crew::{self, Crew};
+use crate::crew::Crew;
+use crate::scene::work;
 use crate::scene::{PhotonVertices, SceneResult};
 use rand_pcg::Pcg64Mcg;
 use std::collections::VecDeque;
@@ -56,7 +57,7 @@ pub fn while_tracing<S: Sink>(
     let mut total = Gathered::new(sink());
     let mut in_flight = VecDeque::new();
     let mut used = Vec::new();
-    crew::lent(gathering.target.scene, |crew| {
+    work::with_crew(gathering.target.scene, |crew| {
         let counters = walks.trace(numbers, |vertices, _| {
             let beams = gathering.photon_beams(vertices, tables)?;
             total.counters.photon_table_samples += beams.table_samples;

@@ -3,10 +3,10 @@
 
 use super::counters::Counters;
 use super::deposits::{Deposit, PixelSums, Sink};
-use super::gather::Particles;
 use super::pairs::{Gathered, Pairs};
 use super::photon::Family;
 use super::store::StoredPhotons;
+use super::target::Particles;
 use super::view::ViewBeam;
 use crate::scene::{Scene, SceneResult};
 use crate::tree::{PhotonBeams, PhotonDisks, ViewPointTree};

@@ -3,10 +3,10 @@
 
 use super::counters::Counters;
 use super::deposits::{Deposits, PixelSums};
-use super::gather::Target;
 use super::guided::Guided;
 use super::lessons::{learn_guide, Course};
 use super::splat::Splat;
+use super::target::Target;
 use crate::guide::EmissionGuide;
 use crate::math::uniform::{self, Purpose};
 use crate::plan::Connections;

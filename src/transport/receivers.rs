@@ -1,5 +1,5 @@
-use crate::crew;
 use crate::math::{Aabb, Approach, MortonCurve, Segment};
+use crate::scene::work;
 use crate::scene::Scene;
 use crate::transport::memory::{HoldsReceivers, ReceiverMemory};
 use crate::transport::view::{in_order, ViewBeam, ViewPaths};
@@ -24,7 +24,7 @@ impl Receivers {
     pub fn build(scene: &dyn Scene, mut paths: ViewPaths) -> Self {
         let points = std::mem::take(&mut paths.points);
         let positions = std::mem::take(&mut paths.point_positions);
-        let ((apex_grid, beam_tree, around_beams), (point_tree, points)) = crew::join(
+        let ((apex_grid, beam_tree, around_beams), (point_tree, points)) = work::join(
             scene,
             || over_beams(&mut paths),
             || {

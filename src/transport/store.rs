@@ -2,10 +2,10 @@
 
 use super::cone::DirectionCone;
 use super::counters::Counters;
-use super::gather::Particles;
 use super::numbers::Uniform;
 use super::photon::{self, Event, MediumPhoton, PerFamily, SurfacePhoton};
 use super::photon_beam::PhotonBeams;
+use super::target::Particles;
 use super::walks::Walks;
 use crate::math::uniform::{self, Purpose};
 use crate::plan::Plan;

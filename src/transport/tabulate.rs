@@ -2,9 +2,9 @@
 
 use super::extent::{far, OPAQUE_DEPTH};
 use super::numbers::draw;
-use crate::crew;
 use crate::math::{Rgb, Segment};
 use crate::medium::{TableStep, TransmittanceTables, NO_TABLE};
+use crate::scene::work;
 use crate::scene::*;
 use rand_pcg::Pcg64Mcg;
 
@@ -117,7 +117,7 @@ fn fill_in(scene: &dyn Scene, plans: &mut [TablePlan], sigma_t: &Planes) {
         tasks.push((first, plans));
         (first, rest) = (first + group.samples, behind);
     }
-    crew::for_each(scene, tasks, |(mut sample, plans)| {
+    work::for_each(scene, tasks, |(mut sample, plans)| {
         for plan in plans {
             plan.fill_in(sigma_t, sample);
             sample += plan.samples();
@@ -163,7 +163,7 @@ fn table_points(
         tasks.push((plans, own, out));
         (rest, numbers, medium) = (behind, numbers_behind, medium_behind);
     }
-    crew::for_each(scene, tasks, |(plans, numbers, (mut position, mut direction, medium))| {
+    work::for_each(scene, tasks, |(plans, numbers, (mut position, mut direction, medium))| {
         let (mut numbers, mut index) = (numbers.iter(), 0);
         for plan in plans {
             let Crossing { segment, medium: crossed } = crossings[plan.crossing];

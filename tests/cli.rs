@@ -178,6 +178,7 @@ fn bad_input_is_refused_with_its_mend() {
             &["shooting is metropolis", "\"ppt_metro\""],
         ),
         (&["--set", "chains=-1"], &["chains is -1", "at least 0"]),
+        (&["--set", "chains=4294967296"], &["chains is 4294967296", "at most 1048576"]),
         (&["--set", "photon_beams=wide"], &["unknown photon_beams \"wide\"", "short"]),
         (&["--set", "surface_radios=1"], &["surface_radios", "surface_radius"]),
         (&["--passes", "0"], &["--passes", "0"]),

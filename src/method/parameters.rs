@@ -10,6 +10,8 @@ use std::time::Duration;
 /// Photons per pixel and pass where none are given and chains shoot them.
 const PHOTONS_OF_CHAINS: u64 = 2;
 const FEWEST_PHOTONS: u64 = 1 << 14;
+/// Chains of a family at most: each keeps a walk and what it adds, some kilobytes, from pass to pass.
+const MOST_CHAINS: u64 = 1 << 20;
 /// Passes at the same view rays where chains shoot: their states are seen anew at each change.
 const PASSES_OF_CHAINS: u32 = 4;
 
@@ -185,6 +187,8 @@ pub enum ParameterError {
     SplitJitter { first_pass: u32, jitter_every: u32, before: u32 },
     #[error("chains is {0}, but must be at least 0 (0 = from the photons per pass)")]
     BadChains(i64),
+    #[error("chains is {0}, but must be at most {MOST_CHAINS}; 0 chooses by the photons per pass")]
+    TooManyChains(u64),
     #[error("max_depth is {0}, but must be -1 (unbounded) or at least 0")]
     BadMaxDepth(i64),
     #[error("target_error is {0}, but must be a finite number >= 0 (0.01 is 1 %; 0 = none)")]
@@ -284,6 +288,9 @@ impl Parameters {
         }
         if self.passes < 1 {
             return Err(ParameterError::NoPasses);
+        }
+        if self.chains > MOST_CHAINS {
+            return Err(ParameterError::TooManyChains(self.chains));
         }
         Ok(())
     }

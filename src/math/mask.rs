@@ -1,4 +1,4 @@
-//! Comparisons of several numbers at once.
+//! Comparisons of several numbers at once, a bit for each.
 
 use glam::{BVec4A, Vec4};
 
@@ -22,6 +22,17 @@ pub fn below<const N: usize>(a: &[f32; N], b: &[f32; N]) -> u32 {
 #[inline]
 pub fn at_most<const N: usize>(a: &[f32; N], b: &[f32; N]) -> u32 {
     mask(a, b, Vec4::cmple)
+}
+
+/// Calls `visit` for the places of the bits that are set, from the lowest on; all must be below `LANES`.
+#[inline]
+pub fn for_each_lane<const LANES: usize>(mut set: u32, mut visit: impl FnMut(usize)) {
+    const { assert!(LANES.is_power_of_two() && LANES <= 32) };
+    while set != 0 {
+        // The remainder spares a caller's index its check.
+        visit(set.trailing_zeros() as usize % LANES);
+        set &= set - 1;
+    }
 }
 
 #[cfg(test)]
@@ -52,6 +63,15 @@ mod tests {
                 prop_assert_eq!(at_most(&a, &b) >> lane & 1 == 1, a[lane] <= b[lane]);
             }
             prop_assert_eq!((below(&a, &b) | at_most(&a, &b)) >> 8, 0);
+        }
+
+        /// The lanes are those whose bits a shift finds.
+        #[test]
+        fn lanes_are_visited_in_order(set in 0u32..=255) {
+            let mut visited = Vec::new();
+            for_each_lane::<8>(set, |lane| visited.push(lane));
+            let expected: Vec<usize> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
+            prop_assert_eq!(visited, expected);
         }
     }
 }

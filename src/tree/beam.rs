@@ -1,4 +1,4 @@
-use crate::math::{Approach, FourSegments, Segment};
+use crate::math::{mask, Approach, FourSegments, Segment};
 use glam::{BVec4A, Vec3, Vec4};
 
 /// A segment and its index in the caller's slice; aligned so that a test touches one cache line.
@@ -29,7 +29,7 @@ pub(super) fn for_each_pair(
         let are_pairs = distance_squared.cmplt(Vec4::splat(radius_squared))
             & t.cmpge(Vec4::ZERO)
             & t.cmplt(segments.length);
-        for_each_lane(are_pairs, places.len(), |lane| {
+        mask::for_each_lane::<LANES>(distinct(are_pairs, places), |lane| {
             visit(four[lane], t[lane], distance_squared[lane]);
         });
     }
@@ -55,7 +55,9 @@ pub(super) fn for_each_pair_along(
             & all.t.cmplt(segments.length)
             & all.t_other.cmpge(Vec4::ZERO)
             & all.t_other.cmplt(Vec4::splat(photon_beam.length));
-        for_each_lane(are_pairs, places.len(), |lane| visit(four[lane], all.lane(lane)));
+        mask::for_each_lane::<LANES>(distinct(are_pairs, places), |lane| {
+            visit(four[lane], all.lane(lane));
+        });
     }
 }
 
@@ -66,14 +68,10 @@ fn four<'a>(beams: &'a [Beam], places: &[u32]) -> [&'a Beam; LANES] {
     std::array::from_fn(|lane| &beams[places[lane.min(last)] as usize])
 }
 
-/// Calls `visit` for the lanes below `count` that are set.
+/// The lanes that are set, without those in which [`four`] repeats a beam.
 #[inline]
-fn for_each_lane(set: BVec4A, count: usize, mut visit: impl FnMut(usize)) {
-    let mut left = set.bitmask() & ((1 << count) - 1);
-    while left != 0 {
-        visit(left.trailing_zeros() as usize % LANES);
-        left &= left - 1;
-    }
+fn distinct(set: BVec4A, places: &[u32]) -> u32 {
+    set.bitmask() & ((1 << places.len()) - 1)
 }
 
 /// Hands out the indices of beams in their order, and numbers them in that order from now on.

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::build::MAX_LEVELS;
 use super::{Bvh, Node};
-use crate::math::Segment;
+use crate::math::{mask, Segment};
 
 /// Least slope of a ray against any axis, so that reciprocals are finite. On its way through the
 /// root's box it moves a point by at most 4e-10 of the largest coordinate.
@@ -46,10 +46,7 @@ impl Bvh {
         while count > 0 {
             count -= 1;
             let node = &self.nodes[waiting[count] as usize];
-            let mut met = ray.met_children(node);
-            while met != 0 {
-                let slot = met.trailing_zeros() as usize & 3;
-                met &= met - 1;
+            mask::for_each_lane::<4>(ray.met_children(node), |slot| {
                 if node.count[slot] == Node::INTERIOR {
                     waiting[count] = node.first[slot];
                     count += 1;
@@ -57,7 +54,7 @@ impl Bvh {
                     let first = node.first[slot] as usize;
                     visit(first..first + node.count[slot] as usize);
                 }
-            }
+            });
         }
     }
 

@@ -66,13 +66,11 @@ impl ViewPointTree {
             let points = &self.buckets[bucket];
             for (which, &p) in places.iter().enumerate() {
                 let distances = points.distances_squared(p);
-                let mut near = mask::below(&distances, &[radius_squared; BUCKET_SIZE]);
-                while near != 0 {
-                    let lane = near.trailing_zeros() as usize % BUCKET_SIZE;
-                    near &= near - 1;
+                let near = mask::below(&distances, &[radius_squared; BUCKET_SIZE]);
+                mask::for_each_lane::<BUCKET_SIZE>(near, |lane| {
                     let index = self.index(start + lane);
                     visit(which, index, points.position(lane), distances[lane]);
-                }
+                });
             }
         });
     }

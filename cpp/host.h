@@ -2,6 +2,7 @@
 #pragma once
 
 #include "aim.h"
+#include "film_filter.h"
 #include "lamp_light.h"
 #include "photon_walk.h"
 #include "view_walk.h"
@@ -25,7 +26,8 @@ public:
 
     Host(Scene *scene, Sensor *sensor)
         : m_scene(scene), m_sensor(sensor), m_shared_tables(std::make_shared<Tables>(scene, sensor)),
-          m_tables(*m_shared_tables), m_band(sensor, .5f), m_media(m_tables.media()) {
+          m_tables(*m_shared_tables), m_band(sensor, .5f), m_media(m_tables.media()),
+          m_film_filter(film_filter<Float>(sensor->film()->rfilter())) {
         for (auto &warning : m_tables.warnings())
             m_warnings.push_back(warning.c_str());
     }
@@ -34,14 +36,14 @@ public:
     Host(const Host &other, float number)
         : m_scene(other.m_scene), m_sensor(other.m_sensor), m_shared_tables(other.m_shared_tables),
           m_tables(*m_shared_tables), m_band(m_sensor, number), m_media(m_tables.media(m_band.wavelengths(1))),
-          m_warnings(other.m_warnings) {}
+          m_film_filter(other.m_film_filter), m_warnings(other.m_warnings) {}
 
     // Where Dr.Jit has the scene to itself its threads are lent. Those of the engine would compete with them: they wait busily.
     VptHost table() {
         return { VPT_ABI_VERSION, this,           &c_describe,    &c_tune,        &c_tuned_free, &c_view_rays,  &c_view_step,
                  &c_view_free,    &c_emit,        &c_photon_alive, &c_photon_step, &c_photon_free,
                  &c_extinction,   &c_scattering,  &c_eval_phase,  &c_store_points, &c_eval_bsdf,
-                 &c_lamp_light,   &c_aim,         &c_splat,       Jit ? &c_spawn : nullptr, Jit ? &c_work_until : nullptr,
+                 &c_lamp_light,   &c_aim,         Jit ? &c_spawn : nullptr, Jit ? &c_work_until : nullptr,
                  &c_last_error };
     }
 
@@ -62,6 +64,9 @@ public:
         out.film_channels = block->channel_count();
         out.film_pixels = block->width() * block->height();
         out.film_width = block->width();
+        out.film_filter_radius = film->rfilter()->radius();
+        out.film_filter = m_film_filter.data();
+        out.film_filter_count = (uint32_t) m_film_filter.size();
         out.spectral = Channels::Spectral;
         for (size_t channel = 0; channel < 3; ++channel)
             std::copy_n(m_band.colours(channel), 3, out.channel_colours[channel]);
@@ -188,27 +193,6 @@ public:
         writer.flush();
     }
 
-    void splat(uint32_t n, const float *position, const float *radiance, const float *alpha, const float *weight,
-               double *storage) {
-        Film *film = m_sensor->film();
-        ref<ImageBlock> block = film->create_block();
-        block->set_offset(film->crop_offset());
-        block->set_warn_negative(false);
-        bool has_alpha = has_flag(film->flags(), FilmFlags::Alpha), box = film->rfilter()->is_box_filter();
-        for (size_t e = 0; e < element_count<Float>(n); ++e) {
-            Point2f p(read<Float>(position, n, e), read<Float>(position + n, n, e));
-            if (box)
-                p = dr::floor(p);
-            Float w = read<Float>(weight, n, e);
-            auto rgb = read3<Color3f>(radiance, n, e) * w;
-            Float values[5] = { rgb.x(), rgb.y(), rgb.z(), w, w };
-            if (has_alpha)
-                values[3] = read<Float>(alpha, n, e) * w;
-            block->put(p, values);
-        }
-        add_block(block, storage);
-    }
-
 private:
     // As many vertices as a call costs where Dr.Jit writes a program anew: each material is part of it.
     uint32_t launch() const {
@@ -274,22 +258,6 @@ private:
             spectrum = bsdf->eval(context, si, wo, active);
         }
         return dr::select(active, unpolarized_spectrum(spectrum) / cosine, 0.f);
-    }
-
-    static void add_block(ImageBlock *block, double *storage) {
-        auto &tensor = block->tensor();
-        size_t values = tensor.size();
-        if constexpr (Jit) {
-            std::vector<float> host(values);
-            dr::eval(tensor.array());
-            jit_memcpy(dr::backend_v<Float>, host.data(), tensor.array().data(), values * sizeof(float));
-            for (size_t i = 0; i < values; ++i)
-                storage[i] += host[i];
-        } else {
-            const float *data = tensor.data();
-            for (size_t i = 0; i < values; ++i)
-                storage[i] += data[i];
-        }
     }
 
     // No C++ exception crosses the C ABI: it becomes a status and a sentence. Denormals are zero: without that the same
@@ -389,11 +357,6 @@ private:
     static int32_t c_aim(void *c, uint32_t n, const float *numbers, float *film) {
         return guarded([&] { self(c)->aim(n, numbers, film); });
     }
-    static int32_t c_splat(void *c, uint32_t n, const float *position, const float *radiance, const float *alpha,
-                           const float *weight, double *storage) {
-        return guarded([&] { self(c)->splat(n, position, radiance, alpha, weight, storage); });
-    }
-    // Dr.Jit's threads hold denormals to be zero; the engine's tasks reckon with them, whichever thread does them.
     static int32_t c_spawn(void *, void (*task)(void *), void *payload) {
         struct Errand {
             void (*task)(void *);
@@ -429,6 +392,7 @@ private:
     const Tables &m_tables;
     Channels m_band;
     std::vector<VptMedium> m_media;
+    std::vector<float> m_film_filter;
     std::vector<const char *> m_warnings;
     std::vector<SurfaceInteraction3f> m_points;
     bool m_glossy_chains = false;

@@ -12,7 +12,7 @@ typedef struct VptStats VptStats;
 typedef struct VptFilm VptFilm;
 
 // Raised whenever a struct or a meaning on this page changes.
-#define VPT_ABI_VERSION 10
+#define VPT_ABI_VERSION 11
 
 // "No medium" in arrays of medium indices.
 #define VPT_VACUUM UINT32_MAX
@@ -194,9 +194,15 @@ typedef struct VptEmitter {
 typedef struct VptDescription {
   uint32_t film_size[2];
   int32_t film_offset[2];
+  // 4: red, green, blue and the weight; or 5, with alpha before the weight.
   uint32_t film_channels;
   uint32_t film_pixels;
   uint32_t film_width;
+  // Pixels that the film's filter reaches to either side.
+  float film_filter_radius;
+  // Its values for equal steps of the distance, from 0 on, and the last at the radius; at least 2.
+  const float *film_filter;
+  uint32_t film_filter_count;
   // Nonzero where the three channels are wavelengths, which `tune` chooses; then constants of media before it are the largest
   // of all light's.
   uint32_t spectral;
@@ -369,14 +375,6 @@ typedef struct VptHost {
   // Writes where on the film places on lamps would be seen if nothing were in the way: x's then y's, not a number where that is
   // not on the film or not known. `numbers` are those for the lamp, and two for the place.
   int32_t (*aim)(void *context, uint32_t count, const float *numbers, float *film);
-  // Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
-  int32_t (*splat)(void *context,
-                   uint32_t count,
-                   const float *position,
-                   const float *radiance,
-                   const float *alpha,
-                   const float *weight,
-                   double *storage);
   // Has one of the renderer's threads call `task(payload)`, once, even while another callback is under way; after a failure
   // it is not called. Like `work_until` null where the renderer lends no threads.
   int32_t (*spawn)(void *context, void (*task)(void *payload), void *payload);

@@ -1,6 +1,5 @@
 //! A [`World`] as the engine sees it.
 
-use super::film;
 use super::lamp_light;
 use super::phase;
 use super::photon_walk::Photons;
@@ -93,11 +92,6 @@ impl Scene for World {
 
     fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()> {
         lamp_light::lamp_light(self, places, numbers, out);
-        Ok(())
-    }
-
-    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
-        film::splat(samples, self.description.film_size, storage);
         Ok(())
     }
 }

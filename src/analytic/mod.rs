@@ -11,7 +11,6 @@
 mod camera;
 mod dielectric;
 mod emission;
-mod film;
 mod fog;
 mod hosting;
 mod lamp_light;
@@ -26,12 +25,11 @@ mod world;
 
 pub use camera::{Camera, Projection};
 pub use emission::Lamp;
-pub use film::FILM_CHANNELS;
 pub use fog::{Fog, Profile};
 pub use ray::CLEARANCE;
 pub use shape::Shape;
 pub use surface::{Material, Surface};
-pub use world::{Contents, Disclosure, Spectrum, World};
+pub use world::{Contents, Disclosure, Spectrum, World, FILM_CHANNELS};
 
 use crate::scene::PathLimits;
 

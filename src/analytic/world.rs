@@ -1,17 +1,19 @@
 use super::camera::Camera;
 use super::emission::{BoundingSphere, Emitter, Lamp};
-use super::film::FILM_CHANNELS;
 use super::fog::{Fog, Profile};
 use super::ray::{Hit, Ray};
 use super::surface::{Material, Surface};
 use crate::math::{Aabb, Rgb};
 use crate::scene::{
-    Batching, Extinction, Medium, MediumPoints, Phase, Planes, SceneDescription, SensorFacts,
-    VACUUM,
+    Batching, Extinction, FilmFilter, Medium, MediumPoints, Phase, Planes, SceneDescription,
+    SensorFacts, RGB_ALPHA_WEIGHT, VACUUM,
 };
 use glam::DVec3;
 use std::ops::Add;
 use std::sync::RwLock;
+
+/// Values that a world's film has for each pixel.
+pub const FILM_CHANNELS: usize = RGB_ALPHA_WEIGHT as usize;
 
 /// How much the world tells the engine in advance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,6 +69,19 @@ impl World {
         let batching = Batching { lanes: 1024, concurrent: true, launch: 1 };
         let spectrum = None;
         World { contents, emitters, bounding_sphere, description, points, batching, spectrum }
+    }
+
+    /// A film of so many pixels, and nothing to see.
+    #[cfg(test)]
+    pub fn empty(film_size: [u32; 2]) -> Self {
+        let projection = super::Projection::Orthographic { width: 1.0 };
+        World::new(Contents {
+            camera: Camera::new(DVec3::ZERO, DVec3::Z, film_size, projection),
+            surfaces: Vec::new(),
+            fogs: Vec::new(),
+            lamps: Vec::new(),
+            disclosure: Disclosure::Full,
+        })
     }
 
     /// A scene whose channels are wavelengths. `contents` has the largest constants of all light.
@@ -176,9 +191,10 @@ fn describe(contents: &Contents, emitters: &[Emitter]) -> SceneDescription {
     SceneDescription {
         film_size,
         film_offset: [0, 0],
-        film_channels: FILM_CHANNELS as u32,
+        film_channels: RGB_ALPHA_WEIGHT,
         film_pixels: film_size[0] * film_size[1],
         film_width: film_size[0],
+        film_filter: FilmFilter::of_a_pixel(),
         channel_colours: None,
         media: media.map(|(index, fog)| disclose(index, fog, contents.disclosure)).collect(),
         bounds,

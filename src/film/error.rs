@@ -2,8 +2,9 @@
 //! from what a narrower kernel saw of the same photons. [Hachisuka 2010] is where the idea comes from.
 
 use super::FilmSums;
+use crate::crew::Task;
 use crate::math::brightness;
-use crate::scene::SceneDescription;
+use crate::scene::{work, Scene, SceneDescription};
 use serde::{Deserialize, Serialize};
 
 /// Jitters from which an estimate is made; fewer say too little of their own spread.
@@ -12,6 +13,8 @@ const FEWEST_JITTERS: u32 = 2;
 const FIRST_MILESTONE: u32 = 8;
 /// Jitters from which an estimate may end a render.
 const JITTERS_TO_STOP: u32 = 4;
+/// Pixels whose moments a task adds.
+const PER_TASK: usize = 1 << 14;
 /// The bias of a pixel is averaged over a window that reaches so many pixels to each side: the difference
 /// of two kernels is as noisy as the picture, but it changes slowly.
 const BIAS_REACH: usize = 3;
@@ -83,6 +86,17 @@ struct Moments {
     bias_square: f64,
 }
 
+/// Sums over pixels, each relative to the square of the pixel.
+#[derive(Debug, Clone, Copy, Default)]
+struct SquaredErrors {
+    /// Of all channels: squared steps, and the variance of the mean over jitters.
+    steps: f64,
+    spread: f64,
+    /// Of the mean of the channels: the square of the bias, and the variance of its mean.
+    squared_bias: f64,
+    bias_spread: f64,
+}
+
 /// What [`ErrorSums`] know besides the moments of pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trend {
@@ -144,18 +158,21 @@ impl ErrorSums {
         self.pixels.iter().map(Moments::words)
     }
 
-    /// Adds the film of one jitter and, in the place of its red, the film of the jitter's bias.
-    pub fn add(&mut self, picture: &FilmSums, bias: &FilmSums) {
-        let channels = self.channels;
-        let films = picture.values.chunks(channels).zip(bias.values.chunks(channels));
-        let first = self.trend.jitters == 0;
-        for (moments, (picture, bias)) in self.pixels.iter_mut().zip(films) {
-            let weight = picture[channels - 1];
-            if weight > 0.0 {
-                let value = [0, 1, 2].map(|channel| picture[channel] / weight);
-                moments.add(value, bias[0] / weight, first);
+    /// Adds the film of one jitter and the bias of its pixels, weighted as their values are.
+    pub fn add(&mut self, scene: &dyn Scene, picture: &FilmSums, bias: &[f64]) {
+        let (channels, first) = (self.channels, self.trend.jitters == 0);
+        let films = picture.values.chunks(channels * PER_TASK).zip(bias.chunks(PER_TASK));
+        let tasks = self.pixels.chunks_mut(PER_TASK).zip(films).collect();
+        work::for_each(scene, tasks, |(pixels, (picture, bias))| {
+            let films = picture.chunks(channels).zip(bias);
+            for (moments, (picture, bias)) in pixels.iter_mut().zip(films) {
+                let weight = picture[channels - 1];
+                if weight > 0.0 {
+                    let value = [0, 1, 2].map(|channel| picture[channel] / weight);
+                    moments.add(value, bias / weight, first);
+                }
             }
-        }
+        });
         self.trend.jitters += 1;
         let is_milestone =
             self.trend.jitters >= FIRST_MILESTONE && self.trend.jitters.is_power_of_two();
@@ -194,24 +211,29 @@ impl ErrorSums {
 
     /// None before there are enough jitters.
     pub fn estimate(&self) -> Option<ErrorEstimate> {
+        self.estimate_from(|parts| parts.into_iter().for_each(|sum| sum()))
+    }
+
+    /// The same, by the threads that a scene lends.
+    pub fn estimate_by(&self, scene: &dyn Scene) -> Option<ErrorEstimate> {
+        self.estimate_from(|parts| work::for_each(scene, parts, |sum| sum()))
+    }
+
+    fn estimate_from(&self, run: impl FnOnce(Vec<Task>)) -> Option<ErrorEstimate> {
         if self.trend.jitters < FEWEST_JITTERS {
             return None;
         }
+        let floor = self.floor();
+        let mut parts = vec![SquaredErrors::default(); self.pixels.len().div_ceil(PER_TASK)];
+        let tasks = parts.iter_mut().zip(self.pixels.chunks(PER_TASK)).map(|(part, pixels)| {
+            Box::new(move || *part = self.squared_errors(pixels, floor)) as Task
+        });
+        run(tasks.collect());
+        let sum = |of: fn(&SquaredErrors) -> f64| parts.iter().map(of).sum::<f64>();
+        let (steps, spread) = (sum(|part| part.steps), sum(|part| part.spread));
+        let (squared_bias, bias_spread) =
+            (sum(|part| part.squared_bias), sum(|part| part.bias_spread));
         let count = (3 * self.pixels.len()) as f64;
-        let sum = |index: usize| self.pixels[index / 3].sum[index % 3];
-        let level = brightness((0..3 * self.pixels.len()).map(sum)) / self.count();
-        let floor = (0.1 * level).powi(2).max(f64::MIN_POSITIVE);
-        let (mut steps, mut spread, mut squared_bias, mut bias_spread) = (0.0, 0.0, 0.0, 0.0);
-        for pixel in &self.pixels {
-            let scales = [0, 1, 2].map(|channel| self.scale(pixel, channel, floor));
-            for (channel, scale) in scales.into_iter().enumerate() {
-                steps += f64::from(pixel.steps[channel]) / scale;
-                spread += self.variance(pixel, channel) / scale;
-            }
-            let scale = scales.iter().sum::<f64>() / 9.0;
-            squared_bias += self.bias(pixel).powi(2) / scale;
-            bias_spread += self.variance_of_bias(pixel) / scale;
-        }
         let correlation = self.correlation(steps, spread);
         let inflation = inflation(correlation);
         let noise = spread * inflation / count;
@@ -225,6 +247,28 @@ impl ErrorSums {
             correlation,
             jitters: self.trend.jitters,
         })
+    }
+
+    /// Square of a tenth of the picture's brightness, below which errors are not relative to their pixel.
+    fn floor(&self) -> f64 {
+        let sum = |index: usize| self.pixels[index / 3].sum[index % 3];
+        let level = brightness((0..3 * self.pixels.len()).map(sum)) / self.count();
+        (0.1 * level).powi(2).max(f64::MIN_POSITIVE)
+    }
+
+    fn squared_errors(&self, pixels: &[Moments], floor: f64) -> SquaredErrors {
+        let mut sums = SquaredErrors::default();
+        for pixel in pixels {
+            let scales = [0, 1, 2].map(|channel| self.scale(pixel, channel, floor));
+            for (channel, scale) in scales.into_iter().enumerate() {
+                sums.steps += f64::from(pixel.steps[channel]) / scale;
+                sums.spread += self.variance(pixel, channel) / scale;
+            }
+            let scale = scales.iter().sum::<f64>() / 9.0;
+            sums.squared_bias += self.bias(pixel).powi(2) / scale;
+            sums.bias_spread += self.variance_of_bias(pixel) / scale;
+        }
+        sums
     }
 
     /// The standard error of red, green and blue of each pixel, in the picture's unit, bias included;
@@ -372,7 +416,7 @@ fn means_of_line(line: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analytic::FILM_CHANNELS;
+    use crate::analytic::{World, FILM_CHANNELS};
     use rand::{Rng, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -380,10 +424,12 @@ mod tests {
     const HEIGHT: usize = 25;
     const WEIGHT: f64 = 4.0;
 
+    fn scene() -> World {
+        World::empty([WIDTH as u32, HEIGHT as u32])
+    }
+
     fn sums() -> ErrorSums {
-        let size = [WIDTH as u32, HEIGHT as u32];
-        let description = SceneDescription::of_film(size, FILM_CHANNELS as u32);
-        ErrorSums::new(&description, 0.7, false)
+        ErrorSums::new(scene().description(), 0.7, false)
     }
 
     /// A film of which every pixel holds one value in all colours.
@@ -393,6 +439,10 @@ mod tests {
             [sum, sum, sum, WEIGHT, WEIGHT]
         };
         FilmSums { values: (0..WIDTH * HEIGHT).flat_map(pixel).collect() }
+    }
+
+    fn bias(mut value: impl FnMut() -> f64) -> Vec<f64> {
+        (0..WIDTH * HEIGHT).map(|_| WEIGHT * value()).collect()
     }
 
     fn normal(rng: &mut Pcg64Mcg) -> f64 {
@@ -408,7 +458,7 @@ mod tests {
         let mut sums = sums();
         assert!(sums.estimate().is_none());
         for _ in 0..16 {
-            sums.add(&film(|_| 2.0 + 0.3 * normal(&mut rng)), &film(|_| 0.0));
+            sums.add(&scene(), &film(|_| 2.0 + 0.3 * normal(&mut rng)), &[0.0; WIDTH * HEIGHT]);
         }
         let estimate = sums.estimate().unwrap();
         assert!((estimate.noise / 0.0373 - 1.0).abs() < 0.04, "{estimate:?}");
@@ -425,7 +475,7 @@ mod tests {
         let mut rng = Pcg64Mcg::seed_from_u64(2);
         let mut sums = sums();
         for _ in 0..16 {
-            sums.add(&film(|_| 2.0), &film(|_| 0.1 + 0.4 * normal(&mut rng)));
+            sums.add(&scene(), &film(|_| 2.0), &bias(|| 0.1 + 0.4 * normal(&mut rng)));
         }
         let estimate = sums.estimate().unwrap();
         // 0.1 over sqrt(4.04). The squared bias of a pixel has a standard error of 0.025 and a mean of 0.01:
@@ -450,7 +500,7 @@ mod tests {
             for value in &mut values {
                 *value = 0.6 * *value + 0.8 * normal(&mut rng);
             }
-            sums.add(&film(|pixel| 2.0 + 0.3 * values[pixel]), &film(|_| 0.0));
+            sums.add(&scene(), &film(|pixel| 2.0 + 0.3 * values[pixel]), &[0.0; WIDTH * HEIGHT]);
         }
         let estimate = sums.estimate().unwrap();
         assert!((estimate.correlation - 0.6).abs() < 0.03, "{estimate:?}");
@@ -462,10 +512,10 @@ mod tests {
     fn parts_add_up_to_the_whole() {
         let mut rng = Pcg64Mcg::seed_from_u64(4);
         let films: Vec<_> = (0..30).map(|_| film(|_| 2.0 + 0.3 * normal(&mut rng))).collect();
-        let biases: Vec<_> = (0..30).map(|_| film(|_| 0.1 * normal(&mut rng))).collect();
+        let biases: Vec<_> = (0..30).map(|_| bias(|| 0.1 * normal(&mut rng))).collect();
         let of = |range: std::ops::Range<usize>| {
             let mut sums = sums();
-            range.for_each(|jitter| sums.add(&films[jitter], &biases[jitter]));
+            range.for_each(|jitter| sums.add(&scene(), &films[jitter], &biases[jitter]));
             let copy =
                 ErrorSums::from_words(sums.trend().clone(), sums.words(), WIDTH, FILM_CHANNELS);
             assert_eq!(copy, sums);

@@ -1,6 +1,10 @@
 //! Sums that come out the same however their terms are grouped.
 
 use super::FilmSums;
+use crate::scene::{work, Scene};
+
+/// Values that a task adds.
+const PER_TASK: usize = 1 << 16;
 
 /// A film's sums over jitters, each value with what rounding left of it: as many bits as two f64 hold. Jitters are f32, so
 /// sums of those that differ by less than 2^70 or so are exact, and the same bits whether they were added one by one or part
@@ -26,10 +30,13 @@ impl ExactSums {
     }
 
     /// Adds the film of a jitter.
-    pub fn add(&mut self, film: &FilmSums) {
+    pub fn add(&mut self, scene: &dyn Scene, film: &FilmSums) {
         assert_eq!(self.pairs.len(), film.values.len());
-        let values = self.pairs.iter_mut().zip(&film.values);
-        values.for_each(|(pair, &value)| *pair = plus(*pair, value));
+        let values = film.values.chunks(PER_TASK);
+        let tasks = self.pairs.chunks_mut(PER_TASK).zip(values).collect();
+        work::for_each(scene, tasks, |(pairs, values)| {
+            pairs.iter_mut().zip(values).for_each(|(pair, &value)| *pair = plus(*pair, value));
+        });
     }
 
     /// Adds the sums of other jitters.
@@ -67,11 +74,13 @@ fn two_sum(a: f64, b: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analytic::World;
     use proptest::prelude::*;
 
     fn sum_of(values: &[f32]) -> ExactSums {
-        let mut sums = ExactSums::new(1);
-        values.iter().for_each(|&v| sums.add(&FilmSums { values: vec![f64::from(v)] }));
+        let (scene, mut sums) = (World::empty([1, 1]), ExactSums::new(1));
+        let film = |value: &f32| FilmSums { values: vec![f64::from(*value)] };
+        values.iter().for_each(|value| sums.add(&scene, &film(value)));
         sums
     }
 

@@ -1,9 +1,9 @@
 //! What a picture is made of, apart: radiance of surfaces, of media and of lamps that are seen directly, and the photons that
 //! brought it.
 
-use super::{on_film, splat, value_count, Emission, ExactSums, FilmSums};
+use super::{on_film, splat, value_count, Emission, ExactSums, FilmSample, FilmSums};
 use crate::math::Rgb;
-use crate::scene::{Scene, SceneDescription, SceneResult};
+use crate::scene::{Scene, SceneDescription};
 use crate::transport::deposits::PixelSums;
 use crate::transport::photon::Family;
 use crate::transport::view::ViewPaths;
@@ -50,12 +50,17 @@ impl LayerSums {
         emission: Emission,
         sums: &PixelSums,
         passes: u32,
-    ) -> SceneResult<()> {
-        let add = |film: &mut ExactSums, color: &dyn Fn(usize) -> Rgb| -> SceneResult<()> {
+    ) {
+        let add = |film: &mut ExactSums, color: &(dyn Fn(usize) -> Rgb + Sync)| {
             let mut jitter = FilmSums::new(scene.description());
-            splat(scene, paths, passes, &mut jitter, color)?;
-            film.add(&jitter);
-            Ok(())
+            let sample = |ray| FilmSample {
+                radiance: color(ray),
+                alpha: paths.alpha[ray],
+                weight: passes as f32,
+                ..FilmSample::default()
+            };
+            splat(scene, &paths.film, sample, &mut jitter, None);
+            film.add(scene, &jitter);
         };
         let received = |family, pixel| {
             let connected = Vec3::from(paths.connected_of(family, pixel)).to_array();
@@ -64,20 +69,19 @@ impl LayerSums {
                 [0, 1, 2].map(|i| f64::from(connected[i]) + gathered[i] / f64::from(passes));
             on_film(scene, radiance)
         };
-        add(&mut self.surfaces, &|pixel| received(Family::Surface, pixel))?;
-        add(&mut self.media, &|pixel| received(Family::Medium, pixel))?;
+        add(&mut self.surfaces, &|pixel| received(Family::Surface, pixel));
+        add(&mut self.media, &|pixel| received(Family::Medium, pixel));
         if emission == Emission::Included {
             let seen = |pixel: usize| {
                 on_film(scene, Vec3::from(paths.emission[pixel]).to_array().map(f64::from))
             };
-            add(&mut self.emission, &seen)?;
+            add(&mut self.emission, &seen);
         }
         for ray in 0..sums.len() {
             if let Some(pixel) = film_pixel(scene.description(), ray) {
                 self.samples[pixel] += sums.deposits(ray);
             }
         }
-        Ok(())
     }
 
     /// Adds those of other jitters.
@@ -117,12 +121,14 @@ impl LayerSums {
 
 /// The film pixel in which a view ray starts; none within the border that some filters need.
 fn film_pixel(description: &SceneDescription, ray: usize) -> Option<usize> {
-    let SceneDescription { film_size, film_pixels, film_width, .. } = *description;
-    let [rays_width, rays_height] = film_size.map(|n| n as usize);
+    let SceneDescription { film_size, film_offset, film_pixels, film_width, .. } = *description;
+    let rays_width = film_size[0] as usize;
     let width = film_width as usize;
     let height = film_pixels as usize / width.max(1);
-    let x = (ray % rays_width).checked_sub((rays_width - width) / 2)?;
-    let y = (ray / rays_width).checked_sub((rays_height - height) / 2)?;
+    let origin = description.film_origin();
+    let border = [0, 1].map(|axis| (origin[axis] - film_offset[axis]) as usize);
+    let x = (ray % rays_width).checked_sub(border[0])?;
+    let y = (ray / rays_width).checked_sub(border[1])?;
     (x < width && y < height).then_some(y * width + x)
 }
 

@@ -4,11 +4,13 @@ pub mod error;
 mod exact;
 pub mod layers;
 pub mod round;
+mod splat;
 
 pub use exact::ExactSums;
+pub use splat::{splat, FilmSample};
 
 use crate::math::Rgb;
-use crate::scene::{FilmSamples, Planes, Scene, SceneDescription, SceneResult};
+use crate::scene::{Scene, SceneDescription};
 use crate::transport::deposits::PixelSums;
 use crate::transport::view::{EmissionSamples, ViewPaths};
 
@@ -83,7 +85,8 @@ pub enum Emission {
     LeftOut,
 }
 
-/// Adds the ray paths of one jitter to the film, weighted by the passes that shot at them.
+/// Adds the ray paths of one jitter to the film, weighted by the passes that shot at them, and their bias to one value for each
+/// pixel of the film, the same for all colours.
 // [Collin 2013 (7)]
 pub fn add_jitter(
     scene: &dyn Scene,
@@ -92,16 +95,22 @@ pub fn add_jitter(
     sums: &PixelSums,
     passes: u32,
     film: &mut FilmSums,
-) -> SceneResult<()> {
-    splat(scene, paths, passes, film, |pixel| {
-        let mut seen = paths.connected.get(pixel).copied().unwrap_or(Rgb::ZERO);
+    bias: Option<&mut [f64]>,
+) {
+    let has_bias = bias.is_some();
+    let sample = |ray: usize| {
+        let mut seen = paths.connected.get(ray).copied().unwrap_or(Rgb::ZERO);
         if emission == Emission::Included {
-            seen += paths.emission[pixel];
+            seen += paths.emission[ray];
         }
-        let emission = glam::Vec3::from(seen).to_array();
-        let sums = sums.radiance(pixel);
-        on_film(scene, [0, 1, 2].map(|i| f64::from(emission[i]) + sums[i] / f64::from(passes)))
-    })
+        let seen = glam::Vec3::from(seen).to_array();
+        let gathered = sums.radiance(ray);
+        let radiance = [0, 1, 2].map(|i| f64::from(seen[i]) + gathered[i] / f64::from(passes));
+        let bias = if has_bias { (sums.bias(ray) / f64::from(passes)) as f32 } else { 0.0 };
+        let radiance = on_film(scene, radiance);
+        FilmSample { radiance, alpha: paths.alpha[ray], bias, weight: passes as f32 }
+    };
+    splat(scene, &paths.film, sample, film, bias);
 }
 
 /// Adds the emission that the ray paths of one jitter and further rays saw, all rays of a pixel together as much as one.
@@ -112,23 +121,17 @@ pub fn add_emission(
     further: &EmissionSamples,
     passes: u32,
     film: &mut FilmSums,
-) -> SceneResult<()> {
+) {
     let mut rays = vec![1.0_f32; paths.film.len()];
     further.pixels.iter().for_each(|&pixel| rays[pixel as usize] += 1.0);
-    let weights = rays.iter().map(|rays| passes as f32 / rays);
-    let further_weights = further.pixels.iter().map(|&p| passes as f32 / rays[p as usize]);
-    let positions = || paths.film.iter().chain(&further.film);
-    let axis = |axis: usize| positions().map(move |position| position[axis]);
-    let radiance = paths.emission.iter().chain(&further.radiance);
-    let radiance =
-        radiance.map(|rgb| on_film(scene, glam::Vec3::from(*rgb).to_array().map(f64::from)).into());
-    let samples = FilmSamples {
-        position: axis(0).chain(axis(1)).collect(),
-        radiance: Planes::push_all(radiance.collect::<Vec<_>>().into_iter()),
-        alpha: vec![0.0; positions().count()],
-        weight: weights.chain(further_weights).collect(),
+    let sample = |radiance: Rgb, pixel: usize| FilmSample {
+        radiance: on_film(scene, glam::Vec3::from(radiance).to_array().map(f64::from)),
+        weight: passes as f32 / rays[pixel],
+        ..FilmSample::default()
     };
-    scene.splat(&samples, &mut film.values)
+    splat(scene, &paths.film, |ray| sample(paths.emission[ray], ray), film, None);
+    let of_further = |ray| sample(further.radiance[ray], further.pixels[ray] as usize);
+    splat(scene, &further.film, of_further, film, None);
 }
 
 /// Red, green and blue of three channels of radiance, as a film can take them. [Shared wavelengths]
@@ -144,40 +147,6 @@ fn on_film(scene: &dyn Scene, radiance: [f64; 3]) -> Rgb {
     };
     let [r, g, b] = rgb.map(|value: f64| value.clamp(-BRIGHTEST, BRIGHTEST) as f32);
     Rgb::new(r, g, b)
-}
-
-/// Adds the bias of one jitter to a film of its own, the same for all colours.
-pub fn add_bias(
-    scene: &dyn Scene,
-    paths: &ViewPaths,
-    sums: &PixelSums,
-    passes: u32,
-    film: &mut FilmSums,
-) -> SceneResult<()> {
-    splat(scene, paths, passes, film, |pixel| {
-        Rgb::splat((sums.bias(pixel) / f64::from(passes)) as f32)
-    })
-}
-
-fn splat(
-    scene: &dyn Scene,
-    paths: &ViewPaths,
-    passes: u32,
-    film: &mut FilmSums,
-    color: impl Fn(usize) -> Rgb,
-) -> SceneResult<()> {
-    let count = paths.film.len();
-    let mut radiance = Planes::default();
-    radiance.resize(count);
-    (0..count).for_each(|pixel| radiance.set_rgb(pixel, color(pixel)));
-    let axis = |axis: usize| paths.film.iter().map(move |position| position[axis]);
-    let samples = FilmSamples {
-        position: axis(0).chain(axis(1)).collect(),
-        radiance,
-        alpha: paths.alpha.clone(),
-        weight: vec![passes as f32; count],
-    };
-    scene.splat(&samples, &mut film.values)
 }
 
 #[cfg(test)]

@@ -12,30 +12,30 @@ pub struct Round {
     length: u32,
     jitters: u32,
     picture: FilmSums,
-    bias: FilmSums,
+    bias: Vec<f64>,
 }
 
 impl Round {
     /// Of one jitter, or of several where they share the spectrum.
     pub fn new(shares_spectrum: bool) -> Self {
-        let nothing = || FilmSums { values: Vec::new() };
         let length = if shares_spectrum { OF_WAVELENGTHS } else { 1 };
-        Round { length, jitters: 0, picture: nothing(), bias: nothing() }
+        let picture = FilmSums { values: Vec::new() };
+        Round { length, jitters: 0, picture, bias: Vec::new() }
     }
 
-    /// Adds the films of a jitter's picture and bias, and hands out those of the round if it ends with this jitter. A round that
+    /// Adds the film of a jitter's picture and the bias of its pixels, and hands out those of the round if it ends with this jitter. A round that
     /// was begun elsewhere is left out.
     pub fn add(
         &mut self,
         jitter: u64,
         picture: FilmSums,
-        bias: FilmSums,
-    ) -> Option<(FilmSums, FilmSums)> {
+        bias: Vec<f64>,
+    ) -> Option<(FilmSums, Vec<f64>)> {
         let place = (jitter % u64::from(self.length)) as u32;
         if place == 0 {
             (self.picture, self.bias, self.jitters) = (picture, bias, 1);
         } else if place == self.jitters {
-            add(&mut self.picture, &picture);
+            add(&mut self.picture.values, &picture.values);
             add(&mut self.bias, &bias);
             self.jitters += 1;
         } else {
@@ -44,14 +44,14 @@ impl Round {
         let is_over = self.jitters == self.length;
         is_over.then(|| {
             self.jitters = 0;
-            let take = |film: &mut FilmSums| FilmSums { values: std::mem::take(&mut film.values) };
-            (take(&mut self.picture), take(&mut self.bias))
+            let values = std::mem::take(&mut self.picture.values);
+            (FilmSums { values }, std::mem::take(&mut self.bias))
         })
     }
 }
 
-fn add(sums: &mut FilmSums, film: &FilmSums) {
-    sums.values.iter_mut().zip(&film.values).for_each(|(sum, value)| *sum += value);
+fn add(sums: &mut [f64], values: &[f64]) {
+    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
 }
 
 #[cfg(test)]
@@ -65,8 +65,8 @@ mod tests {
     /// What a round hands out for jitter after jitter, each of which is as bright as its number.
     fn handed_out(round: &mut Round, jitters: std::ops::Range<u64>) -> Vec<[f64; 3]> {
         jitters
-            .filter_map(|jitter| round.add(jitter, film(jitter as f64), film(0.5)))
-            .map(|(picture, bias)| [picture.values[0], picture.values[1], bias.values[0]])
+            .filter_map(|jitter| round.add(jitter, film(jitter as f64), vec![0.5]))
+            .map(|(picture, bias)| [picture.values[0], picture.values[1], bias[0]])
             .collect()
     }
 

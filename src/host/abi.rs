@@ -8,7 +8,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Raised whenever a struct or a meaning on this page changes.
-pub const VPT_ABI_VERSION: u32 = 10;
+pub const VPT_ABI_VERSION: u32 = 11;
 
 /// "No medium" in arrays of medium indices.
 pub const VPT_VACUUM: u32 = u32::MAX;
@@ -122,9 +122,15 @@ pub struct VptEmitter {
 pub struct VptDescription {
     pub film_size: [u32; 2],
     pub film_offset: [i32; 2],
+    /// 4: red, green, blue and the weight; or 5, with alpha before the weight.
     pub film_channels: u32,
     pub film_pixels: u32,
     pub film_width: u32,
+    /// Pixels that the film's filter reaches to either side.
+    pub film_filter_radius: f32,
+    /// Its values for equal steps of the distance, from 0 on, and the last at the radius; at least 2.
+    pub film_filter: *const f32,
+    pub film_filter_count: u32,
     /// Nonzero where the three channels are wavelengths, which `tune` chooses; then constants of media before it are the largest
     /// of all light's.
     pub spectral: u32,
@@ -333,16 +339,6 @@ pub struct VptHost {
         count: u32,
         numbers: *const f32,
         film: *mut f32,
-    ) -> i32,
-    /// Adds samples to `storage` (`film_pixels * film_channels` values) through the film's filter.
-    pub splat: unsafe extern "C" fn(
-        context: *mut c_void,
-        count: u32,
-        position: *const f32,
-        radiance: *const f32,
-        alpha: *const f32,
-        weight: *const f32,
-        storage: *mut f64,
     ) -> i32,
     /// Has one of the renderer's threads call `task(payload)`, once, even while another callback is under way; after a failure
     /// it is not called. Like `work_until` null where the renderer lends no threads.

@@ -52,7 +52,7 @@ impl HostScene {
             spectral: description.spectral != 0,
             is_tuned: false,
             // SAFETY: the renderer filled the description.
-            description: unsafe { read_description(&description) },
+            description: unsafe { read_description(&description)? },
         })
     }
 
@@ -114,7 +114,16 @@ unsafe fn read_text(text: *const c_char) -> String {
 
 /// # Safety
 /// Pointers and counts must describe valid arrays.
-unsafe fn read_description(d: &VptDescription) -> SceneDescription {
+unsafe fn read_description(d: &VptDescription) -> SceneResult<SceneDescription> {
+    if ![RGB_WEIGHT, RGB_ALPHA_WEIGHT].contains(&d.film_channels) {
+        return Err(SceneError(format!(
+            "the film has {} channels; it needs red, green, blue and a weight, and may have alpha",
+            d.film_channels
+        )));
+    }
+    // SAFETY: the caller's promise.
+    let film_filter = unsafe { read_array(d.film_filter, d.film_filter_count) };
+    let film_filter = FilmFilter::new(d.film_filter_radius, film_filter.to_vec())?;
     // SAFETY: the caller's promise; empty arrays may be null.
     let (media, warnings) = unsafe {
         (
@@ -130,12 +139,13 @@ unsafe fn read_description(d: &VptDescription) -> SceneDescription {
             SensorFacts { name: read_text(d.sensor_name), has_aperture: d.has_aperture != 0 },
         )
     };
-    SceneDescription {
+    Ok(SceneDescription {
         film_size: d.film_size,
         film_offset: d.film_offset,
         film_channels: d.film_channels,
         film_pixels: d.film_pixels,
         film_width: d.film_width,
+        film_filter,
         channel_colours: (d.spectral != 0)
             .then(|| d.channel_colours.map(|colour| Rgb::from(Vec3::from(colour)))),
         media,
@@ -144,7 +154,7 @@ unsafe fn read_description(d: &VptDescription) -> SceneDescription {
         emitters,
         sensor,
         warnings,
-    }
+    })
 }
 
 /// # Safety
@@ -524,26 +534,6 @@ impl Scene for HostScene {
                 lane_count(lanes),
                 numbers.as_ptr(),
                 film.as_mut_ptr(),
-            )
-        })
-    }
-
-    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
-        let count = samples.alpha.len();
-        assert!(samples.position.len() == 2 * count && samples.radiance.lanes() == count);
-        let values =
-            self.description.film_pixels as usize * self.description.film_channels as usize;
-        assert_eq!(storage.len(), values);
-        // SAFETY: all arrays hold `count` lanes, the storage the whole film.
-        self.check(unsafe {
-            (self.host.splat)(
-                self.host.context,
-                lane_count(count),
-                samples.position.as_ptr(),
-                samples.radiance.as_slice().as_ptr(),
-                samples.alpha.as_ptr(),
-                samples.weight.as_ptr(),
-                storage.as_mut_ptr(),
             )
         })
     }

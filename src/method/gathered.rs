@@ -5,7 +5,7 @@ use crate::film::error::ErrorSums;
 use crate::film::layers::LayerSums;
 use crate::film::{value_count, ExactSums, FilmSums};
 use crate::markov::FamilyReport;
-use crate::scene::SceneDescription;
+use crate::scene::{Scene, SceneDescription};
 use crate::transport::photon::PerFamily;
 
 /// Sums over whole jitters, and what it took.
@@ -48,10 +48,10 @@ impl Gathered {
     }
 
     /// Adds the films of a jitter.
-    pub fn add(&mut self, film: &FilmSums, emission: Option<&FilmSums>) {
-        self.film.add(film);
+    pub fn add(&mut self, scene: &dyn Scene, film: &FilmSums, emission: Option<&FilmSums>) {
+        self.film.add(scene, film);
         if let (Some(sums), Some(emission)) = (&mut self.emission, emission) {
-            sums.add(emission);
+            sums.add(scene, emission);
         }
     }
 
@@ -90,13 +90,14 @@ impl Gathered {
     /// The film with a jitter on top.
     pub fn picture_with(
         &self,
+        scene: &dyn Scene,
         film: &FilmSums,
         emission: Option<&FilmSums>,
-        channels: usize,
     ) -> FilmSums {
+        let channels = scene.description().film_channels as usize;
         let with = |sums: &ExactSums, film| {
             let mut sums = sums.clone();
-            sums.add(film);
+            sums.add(scene, film);
             sums
         };
         let emission = self.emission.as_ref().zip(emission).map(|(sums, film)| with(sums, film));

@@ -99,7 +99,7 @@ struct Held<'a>(&'a dyn Progressive);
 
 impl FilmSoFar for Held<'_> {
     fn film(&self) -> Result<FilmSums, RenderError> {
-        self.0.film()
+        Ok(self.0.film())
     }
 }
 

@@ -16,7 +16,7 @@ use crate::effect::Effect;
 use crate::film::error::{ErrorEstimate, ErrorSums};
 use crate::film::layers::LayerSums;
 use crate::film::round::Round;
-use crate::film::{add_bias, add_jitter, Emission, FilmSums};
+use crate::film::{add_jitter, Emission, FilmSums};
 use crate::markov::FamilyReport;
 use crate::plan::{Connections, Plan};
 use crate::scene::Scene;
@@ -58,7 +58,7 @@ pub trait Progressive {
     fn connections(&self) -> Connections;
 
     /// The film of all passes so far, those of the present jitter among them.
-    fn film(&self) -> Result<FilmSums, RenderError>;
+    fn film(&self) -> FilmSums;
 
     /// Wall time by phase so far.
     fn phase_seconds(&self) -> PhaseSeconds;
@@ -94,7 +94,8 @@ where
         self.learn()?;
         let receivers_changed = self.run.jitter_when_due()?;
         self.run.pass(receivers_changed, &mut self.body)?;
-        self.run.end_jitter_when_due()
+        self.run.end_jitter_when_due();
+        Ok(())
     }
 
     fn gathered(&self) -> &Gathered {
@@ -113,7 +114,7 @@ where
         self.run.plan.connections
     }
 
-    fn film(&self) -> Result<FilmSums, RenderError> {
+    fn film(&self) -> FilmSums {
         self.run.film_so_far()
     }
 
@@ -352,7 +353,7 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
     /// The picture of all passes.
     fn finish(mut self) -> Result<Outcome, RenderError> {
         if self.passes_of_jitter > 0 {
-            self.end_jitter()?;
+            self.end_jitter();
         }
         let seconds = self.total_seconds();
         let mut warnings = self.scene.description().warnings.clone();
@@ -380,36 +381,34 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         Ok(Outcome { film, layers, error_image, stats, gathered: self.gathered })
     }
 
-    fn end_jitter_when_due(&mut self) -> Result<(), RenderError> {
-        if self.passes_of_jitter < self.jitter_every {
-            return Ok(());
+    fn end_jitter_when_due(&mut self) {
+        if self.passes_of_jitter >= self.jitter_every {
+            self.end_jitter();
         }
-        self.end_jitter()
     }
 
     /// Adds the jitter under way to the film and, if it has had all its passes, to the estimate of the error.
     // [Collin 2013 Algorithm 1, lines 10 and 11]: the running mean over passes, by weights on the film.
-    fn end_jitter(&mut self) -> Result<(), RenderError> {
+    fn end_jitter(&mut self) {
         let clock = Instant::now();
         let passes = self.passes_of_jitter;
-        let JitterFilms { mut film, emission } = self.jitter_films()?;
-        self.gathered.add(&film, emission.as_ref());
+        let is_estimated = self.gathered.error.is_some() && passes == self.jitter_every;
+        let mut bias = is_estimated.then(|| vec![0.0; self.pixels()]);
+        let JitterFilms { mut film, emission } = self.jitter_films(bias.as_deref_mut());
         let (place, paths) = (self.place_of_emission(), self.receivers.as_ref());
         let scene = self.tuned.as_deref().unwrap_or(self.scene);
+        self.gathered.add(scene, &film, emission.as_ref());
         if let Some(layers) = &mut self.gathered.layers {
-            layers.add_jitter(scene, paths, place, &self.sums, passes)?;
+            layers.add_jitter(scene, paths, place, &self.sums, passes);
         }
-        if let Some(error) = self.gathered.error.as_mut().filter(|_| passes == self.jitter_every) {
-            let description = self.scene.description();
-            let mut bias = FilmSums::new(description);
-            add_bias(scene, paths, &self.sums, passes, &mut bias)?;
+        if let Some((error, bias)) = self.gathered.error.as_mut().zip(bias) {
             if let Some(emission) = &emission {
-                film.add_channels(emission, description.film_channels as usize);
+                film.add_channels(emission, scene.description().film_channels as usize);
             }
             let jitter = self.jitter.expect("passes have receivers of their jitter");
             if let Some((picture, bias)) = self.round.add(jitter, film, bias) {
-                error.add(&picture, &bias);
-                self.estimate = error.estimate();
+                error.add(scene, &picture, &bias);
+                self.estimate = error.estimate_by(scene);
             }
         }
         self.passes_of_jitter = 0;
@@ -419,27 +418,31 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         self.gathered.shooting = self.shooting;
         self.gathered.seconds = self.total_seconds();
         self.gathered.phase_seconds = self.seconds;
-        Ok(())
     }
 
-    /// What the jitter under way adds, weighted by the passes that it has had.
-    fn jitter_films(&self) -> Result<JitterFilms, RenderError> {
+    /// What the jitter under way adds, weighted by the passes that it has had; its bias, too, if that is asked for.
+    fn jitter_films(&self, bias: Option<&mut [f64]>) -> JitterFilms {
         let (scene, passes) = (self.scene_now(), self.passes_of_jitter);
         let paths = self.receivers.as_ref();
         let mut film = FilmSums::new(scene.description());
-        add_jitter(scene, paths, self.place_of_emission(), &self.sums, passes, &mut film)?;
+        add_jitter(scene, paths, self.place_of_emission(), &self.sums, passes, &mut film, bias);
         let emission = self.emission.as_ref().map(|own| own.film(scene, paths, passes));
-        Ok(JitterFilms { film, emission: emission.transpose()? })
+        JitterFilms { film, emission }
     }
 
     /// The film, with the jitter under way.
-    fn film_so_far(&self) -> Result<FilmSums, RenderError> {
-        let channels = self.scene.description().film_channels as usize;
+    fn film_so_far(&self) -> FilmSums {
         if self.passes_of_jitter == 0 {
-            return Ok(self.gathered.picture(channels));
+            let channels = self.scene.description().film_channels as usize;
+            return self.gathered.picture(channels);
         }
-        let films = self.jitter_films()?;
-        Ok(self.gathered.picture_with(&films.film, films.emission.as_ref(), channels))
+        let films = self.jitter_films(None);
+        self.gathered.picture_with(self.scene, &films.film, films.emission.as_ref())
+    }
+
+    /// Pixels of the film.
+    fn pixels(&self) -> usize {
+        self.scene.description().film_pixels as usize
     }
 
     fn total_seconds(&self) -> f64 {

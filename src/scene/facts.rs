@@ -1,6 +1,12 @@
 //! What is known of a scene before anything is traced.
 
+use super::FilmFilter;
 use crate::math::{Aabb, Rgb};
+
+/// Channels of a film: red, green, blue and the weight.
+pub const RGB_WEIGHT: u32 = 4;
+/// Channels of a film: red, green, blue, alpha and the weight.
+pub const RGB_ALPHA_WEIGHT: u32 = 5;
 
 /// How a medium's extinction is found along a view beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,11 +123,12 @@ pub struct SceneDescription {
     pub film_size: [u32; 2],
     /// Film coordinates of that grid's first pixel (negative where the filter needs a border).
     pub film_offset: [i32; 2],
-    /// Floats per pixel of the film's storage (red, green and blue first, the weight last), the number of
-    /// its pixels and of those in a row, for [`super::Scene::splat`].
+    /// Values for each pixel that the film keeps sums of: [`RGB_WEIGHT`] or [`RGB_ALPHA_WEIGHT`].
     pub film_channels: u32,
+    /// Pixels that the film keeps sums of, the middle of the grid, and those of them in a row.
     pub film_pixels: u32,
     pub film_width: u32,
+    pub film_filter: FilmFilter,
     /// What a unit of each of the three channels is on the film in red, green and blue, where channels are wavelengths;
     /// None where they are the film's own.
     pub channel_colours: Option<[Rgb; 3]>,
@@ -145,6 +152,7 @@ impl SceneDescription {
             film_channels: channels,
             film_pixels: size[0] * size[1],
             film_width: size[0],
+            film_filter: FilmFilter::of_a_pixel(),
             channel_colours: None,
             media: Vec::new(),
             bounds: Aabb::EMPTY,
@@ -157,6 +165,16 @@ impl SceneDescription {
 }
 
 impl SceneDescription {
+    /// Film coordinates of the first pixel that the film keeps sums of.
+    pub fn film_origin(&self) -> [i32; 2] {
+        let width = self.film_width.max(1);
+        let size = [self.film_width, self.film_pixels / width];
+        [0, 1].map(|axis| {
+            let border = self.film_size[axis].saturating_sub(size[axis]) / 2;
+            self.film_offset[axis] + border as i32
+        })
+    }
+
     /// Whether a ray that leaves the scene sees light.
     pub fn has_environment(&self) -> bool {
         self.emitters.iter().any(|emitter| emitter.is_environment)

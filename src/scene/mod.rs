@@ -21,6 +21,7 @@
 
 mod batching;
 mod facts;
+mod film_filter;
 mod limits;
 mod photon_vertices;
 mod planes;
@@ -30,8 +31,9 @@ pub mod work;
 pub use batching::{Batch, Batching};
 pub use facts::{
     lobes, EmitterFacts, Extinction, Medium, Phase, Place, SceneDescription, SensorFacts,
-    SurfaceFacts,
+    SurfaceFacts, RGB_ALPHA_WEIGHT, RGB_WEIGHT,
 };
+pub use film_filter::FilmFilter;
 pub use limits::{PathLimits, PathRules};
 pub use photon_vertices::{photon_event, PhotonSegments, PhotonVertices};
 pub use planes::{PlaneRows, Planes};
@@ -176,16 +178,6 @@ impl LampLight {
     }
 }
 
-/// Samples for the film: positions in film coordinates, radiance, alpha and weight, one per lane.
-#[derive(Debug, Clone, Default)]
-pub struct FilmSamples {
-    /// x's then y's.
-    pub position: Vec<f32>,
-    pub radiance: Planes,
-    pub alpha: Vec<f32>,
-    pub weight: Vec<f32>,
-}
-
 /// A scene as the engine sees it.
 pub trait Scene: Sync {
     /// Before a scene whose channels are wavelengths is tuned, constants of its media are the largest of all light's.
@@ -249,8 +241,4 @@ pub trait Scene: Sync {
     /// [`LAMP_DIMENSIONS`] planes. Light that comes this way, and no other, reaches photons on
     /// [`photon_event::STRAIGHT`] segments.
     fn lamp_light(&self, places: &Places, numbers: &[f32], out: &mut LampLight) -> SceneResult<()>;
-
-    /// Adds samples through the film's reconstruction filter to `storage`
-    /// (`film_pixels * film_channels` values).
-    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()>;
 }

@@ -83,7 +83,7 @@ fn film_sums(trial: &mut Trial) -> Result<(), SelftestError> {
         pixel.fill(0.1);
         pixel[0] = 1e-8 / 3.0;
     }
-    (0..PASSES).for_each(|_| film.add(&jitter));
+    (0..PASSES).for_each(|_| film.add(&world, &jitter));
     let film = film.rounded();
     let pixel = &film.values[..channels];
     let weight = pixel[channels - 1];

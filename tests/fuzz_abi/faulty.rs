@@ -239,9 +239,4 @@ impl Scene for Faulty<'_> {
         self.spoil_values(&mut out.direction)?;
         self.spoil_values(&mut out.irradiance)
     }
-
-    fn splat(&self, samples: &FilmSamples, storage: &mut [f64]) -> SceneResult<()> {
-        self.strike()?;
-        self.inner.splat(samples, storage)
-    }
 }

@@ -7,14 +7,15 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use vpt::analytic::FILM_CHANNELS;
 use vpt::density::radius::{KernelDimensions, Radii, RadiusSequence};
 use vpt::film::FilmSums;
 use vpt::math::uniform::{self, Purpose};
 use vpt::method::Parameters;
 use vpt::scene::{
-    photon_event, view_flags, Extinction, FilmSamples, MediumPoints, Phase, PhasePairs,
-    PhotonVertices, Planes, PointSegments, Scene, SurfacePairs, ViewRayRequest, ViewVertices,
-    EMIT_DIMENSIONS, PHOTON_STEP_DIMENSIONS, VACUUM, VIEW_RAY_DIMENSIONS, VIEW_STEP_DIMENSIONS,
+    photon_event, view_flags, Extinction, MediumPoints, Phase, PhasePairs, PhotonVertices, Planes,
+    PointSegments, Scene, SurfacePairs, ViewRayRequest, ViewVertices, EMIT_DIMENSIONS,
+    PHOTON_STEP_DIMENSIONS, VACUUM, VIEW_RAY_DIMENSIONS, VIEW_STEP_DIMENSIONS,
 };
 
 /// Segments after which a view ray between mirrors is given up.
@@ -135,18 +136,24 @@ impl View {
 
     /// Hands the mean radiance of a block of passes to the film, weighted by their number.
     fn splat(&self, scene: &dyn Scene, radiance: &[[f64; 3]], passes: usize, film: &mut FilmSums) {
+        let [width, height] = scene.description().film_size.map(|n| n as usize);
         let lanes = radiance.len();
-        let mean = (0..lanes).map(|lane| {
-            let value = |c| self.emission[lane][c] + radiance[lane][c] / passes as f64;
-            DVec3::new(value(0), value(1), value(2)).as_vec3()
-        });
-        let samples = FilmSamples {
-            position: self.film.clone(),
-            radiance: Planes::push_all(mean),
-            alpha: self.alpha.clone(),
-            weight: vec![passes as f32; lanes],
-        };
-        scene.splat(&samples, &mut film.values).expect("the film takes samples");
+        for (lane, radiance) in radiance.iter().enumerate() {
+            let value = |c| self.emission[lane][c] + radiance[c] / passes as f64;
+            let value = DVec3::new(value(0), value(1), value(2)).as_vec3().to_array();
+            let [x, y] = [self.film[lane], self.film[lanes + lane]].map(|p| p.floor() as usize);
+            // Rounding may put a sample on the far edge.
+            if x >= width || y >= height {
+                continue;
+            }
+            let pixel = y * width + x;
+            let sums = &mut film.values[FILM_CHANNELS * pixel..][..FILM_CHANNELS];
+            for (sum, value) in
+                sums.iter_mut().zip(value.into_iter().chain([self.alpha[lane], 1.0]))
+            {
+                *sum += passes as f64 * f64::from(value);
+            }
+        }
     }
 }
 

@@ -71,7 +71,7 @@ impl Contestant for Ours<'_> {
     fn picture(&mut self) -> Result<Picture> {
         let channels = self.preparation.lent.scene().description().film_channels as usize;
         let [width, height] = self.size.map(|n| n as usize);
-        Ok(Picture { width, height, pixels: self.render().film()?.means(channels) })
+        Ok(Picture { width, height, pixels: self.render().film().means(channels) })
     }
 
     fn work(&self) -> u64 {

@@ -112,7 +112,6 @@ impl<'a> ServedScene<'a> {
             eval_bsdf,
             lamp_light,
             aim,
-            splat,
             spawn: None,
             work_until: None,
             last_error,
@@ -127,6 +126,9 @@ impl<'a> ServedScene<'a> {
             film_channels: d.film_channels,
             film_pixels: d.film_pixels,
             film_width: d.film_width,
+            film_filter_radius: d.film_filter.radius(),
+            film_filter: d.film_filter.values().as_ptr(),
+            film_filter_count: d.film_filter.values().len() as u32,
             spectral: d.channel_colours.is_some().into(),
             channel_colours: d
                 .channel_colours
@@ -592,30 +594,6 @@ unsafe extern "C" fn aim(
         served(context).scene.aim(count, numbers, &mut positions)?;
         put(&positions, film);
         Ok(())
-    })
-}
-
-unsafe extern "C" fn splat(
-    context: *mut c_void,
-    count: u32,
-    position: *const f32,
-    radiance: *const f32,
-    alpha: *const f32,
-    weight: *const f32,
-    storage: *mut f64,
-) -> i32 {
-    // SAFETY: all arrays hold `count` lanes, the storage the whole film.
-    guarded(|| unsafe {
-        let (scene, count) = (&*served(context).scene, count as usize);
-        let samples = FilmSamples {
-            position: from_raw_parts(position, 2 * count).to_vec(),
-            radiance: planes(count, radiance),
-            alpha: from_raw_parts(alpha, count).to_vec(),
-            weight: from_raw_parts(weight, count).to_vec(),
-        };
-        let description = scene.description();
-        let values = description.film_pixels as usize * description.film_channels as usize;
-        scene.splat(&samples, from_raw_parts_mut(storage, values))
     })
 }
 

@@ -47,7 +47,7 @@ mod stats;
 
 use cases::{Case, Method, METHODS, TABLE};
 use judge::judge;
-use llvm::find_llvm;
+use llvm::{find_llvm, llvm_or_skip};
 
 /// Surfaces alone, an emitter in a ball of fog, a null-BSDF box under a delta lamp, an opaque phase
 /// function, a grid of smoke, a hidden lamp.
@@ -128,21 +128,13 @@ fn fast_scenes_agree_in_llvm_ad_spectral() {
 }
 
 fn fast_scenes_in_llvm(variant: &str, scenes: &[&str]) {
-    match find_llvm() {
-        Ok(llvm) => long_table_in_another_process(&[
-            ("VPT_AGREEMENT_VARIANT", OsStr::new(variant)),
-            ("VPT_AGREEMENT_ONLY", OsStr::new(&scenes.join(","))),
-            ("VPT_AGREEMENT_METHODS", OsStr::new(&FAST_METHODS_OF_VARIANTS.join(","))),
-            ("DRJIT_LIBLLVM_PATH", llvm.as_os_str()),
-        ]),
-        Err(reason) => {
-            assert!(
-                env::var_os("VPT_REQUIRE_LLVM").is_none_or(|v| v != "1"),
-                "VPT_REQUIRE_LLVM=1, but {reason}"
-            );
-            println!("skipped {variant}: {reason}");
-        }
-    }
+    let Some(llvm) = llvm_or_skip(variant) else { return };
+    long_table_in_another_process(&[
+        ("VPT_AGREEMENT_VARIANT", OsStr::new(variant)),
+        ("VPT_AGREEMENT_ONLY", OsStr::new(&scenes.join(","))),
+        ("VPT_AGREEMENT_METHODS", OsStr::new(&FAST_METHODS_OF_VARIANTS.join(","))),
+        ("DRJIT_LIBLLVM_PATH", llvm.as_os_str()),
+    ]);
 }
 
 #[test]

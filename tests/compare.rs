@@ -185,10 +185,7 @@ fn killed_comparison_goes_on_with_the_runs_that_were_not_complete() {
 
 #[test]
 fn contestants_in_another_variant_render_the_same_picture() {
-    let path = match llvm::find_llvm() {
-        Ok(path) => path,
-        Err(reason) => return eprintln!("SKIPPED: {reason}"),
-    };
+    let Some(path) = llvm::llvm_or_skip("contestants in another variant") else { return };
     let folder = tempfile::tempdir().unwrap();
     let words = "--methods volpath,volpath@llvm_ad_rgb,ppt@llvm_ad_rgb --time 6 --seeds 1 -o out \
                  --reference-time 2 --reference-method volpath";

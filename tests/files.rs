@@ -236,8 +236,7 @@ fn sum_of_lamp_light_on_black(picture: &LayeredPicture) -> f64 {
 
 #[test]
 fn layers_work_in_wide_variants() {
-    if let Err(reason) = llvm::find_llvm() {
-        eprintln!("skipped: {reason}");
+    if llvm::llvm_or_skip("layers in wide variants").is_none() {
         return;
     }
     let (picture, metadata) = Folder::new().render(&["--layers", "--variant", "llvm_ad_rgb"]);

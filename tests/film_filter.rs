@@ -198,8 +198,7 @@ fn scalar_variants_show_every_filter() {
 
 #[test]
 fn kernels_show_filters_too() {
-    if let Err(reason) = llvm::find_llvm() {
-        eprintln!("skipped: {reason}");
+    if llvm::llvm_or_skip("filters in kernels").is_none() {
         return;
     }
     for filter in

@@ -555,15 +555,7 @@ fn the_same_in_llvm_ad_rgb() {
     if std::env::var_os(VARIANT).is_some() {
         return;
     }
-    let llvm = match llvm::find_llvm() {
-        Ok(llvm) => llvm,
-        Err(reason) => {
-            let required = std::env::var_os("VPT_REQUIRE_LLVM").is_some_and(|v| v == "1");
-            assert!(!required, "VPT_REQUIRE_LLVM=1, but {reason}");
-            println!("skipped the_same_in_llvm_ad_rgb: {reason}");
-            return;
-        }
-    };
+    let Some(llvm) = llvm::llvm_or_skip("the_same_in_llvm_ad_rgb") else { return };
     let status = Command::new(std::env::current_exe().expect("this test has a path"))
         .args(["mitsuba_", "--skip=of_dye", "--skip=of_smoke", "--test-threads=1"])
         .env(VARIANT, "llvm_ad_rgb")

@@ -12,7 +12,7 @@ mod image;
 mod llvm;
 
 use image::Image;
-use llvm::find_llvm;
+use llvm::llvm_or_skip;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -153,14 +153,7 @@ fn the_picture_is_the_one_with_everything_forced_on() {
 /// In kernels that leave out what is off, too: media, surfaces, delta lobes, emitters, the sky.
 #[test]
 fn the_picture_is_the_one_with_everything_forced_on_in_llvm_ad_rgb() {
-    let llvm = match find_llvm() {
-        Ok(llvm) => llvm,
-        Err(reason) => {
-            let required = std::env::var_os("VPT_REQUIRE_LLVM").is_some_and(|v| v == "1");
-            assert!(!required, "VPT_REQUIRE_LLVM=1, but {reason}");
-            return println!("skipped: {reason}");
-        }
-    };
+    let Some(llvm) = llvm_or_skip("the picture with everything forced on") else { return };
     let folder = tempfile::tempdir().unwrap();
     for scene in ["room_diffuse", "ball_rayleigh", "hidden_lamp", "single_scatter", "absorbing"] {
         let path = scenes().into_iter().find(|path| name(path) == scene).unwrap();

@@ -31,6 +31,18 @@ pub fn find_llvm() -> Result<PathBuf, String> {
     }
 }
 
+/// As [`find_llvm`]; None, and a line that says why, where a test has to be skipped. With VPT_REQUIRE_LLVM=1 that is a failure.
+pub fn llvm_or_skip(test: &str) -> Option<PathBuf> {
+    let reason = match find_llvm() {
+        Ok(path) => return Some(path),
+        Err(reason) => reason,
+    };
+    let is_required = env::var_os("VPT_REQUIRE_LLVM").is_some_and(|value| value == "1");
+    assert!(!is_required, "VPT_REQUIRE_LLVM=1, but {reason}");
+    println!("skipped {test}: {reason}");
+    None
+}
+
 /// The major version in `libLLVM-15.so.1` or `libLLVM.so.19.1`.
 fn llvm_version(file_name: &str) -> Option<u32> {
     let rest = file_name.strip_prefix("libLLVM")?;

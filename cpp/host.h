@@ -357,6 +357,7 @@ private:
     static int32_t c_aim(void *c, uint32_t n, const float *numbers, float *film) {
         return guarded([&] { self(c)->aim(n, numbers, film); });
     }
+    // Dr.Jit's threads hold denormals to be zero; the engine's tasks reckon with them, whichever thread does them.
     static int32_t c_spawn(void *, void (*task)(void *), void *payload) {
         struct Errand {
             void (*task)(void *);

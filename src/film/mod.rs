@@ -124,14 +124,18 @@ pub fn add_emission(
 ) {
     let mut rays = vec![1.0_f32; paths.film.len()];
     further.pixels.iter().for_each(|&pixel| rays[pixel as usize] += 1.0);
-    let sample = |radiance: Rgb, pixel: usize| FilmSample {
-        radiance: on_film(scene, glam::Vec3::from(radiance).to_array().map(f64::from)),
-        weight: passes as f32 / rays[pixel],
-        ..FilmSample::default()
+    let sample = |ray: usize| {
+        let (radiance, pixel) = match ray.checked_sub(paths.film.len()) {
+            None => (paths.emission[ray], ray),
+            Some(ray) => (further.radiance[ray], further.pixels[ray] as usize),
+        };
+        FilmSample {
+            radiance: on_film(scene, glam::Vec3::from(radiance).to_array().map(f64::from)),
+            weight: passes as f32 / rays[pixel],
+            ..FilmSample::default()
+        }
     };
-    splat(scene, &paths.film, |ray| sample(paths.emission[ray], ray), film, None);
-    let of_further = |ray| sample(further.radiance[ray], further.pixels[ray] as usize);
-    splat(scene, &further.film, of_further, film, None);
+    splat(scene, &[&paths.film[..], &further.film].concat(), sample, film, None);
 }
 
 /// Red, green and blue of three channels of radiance, as a film can take them. [Shared wavelengths]

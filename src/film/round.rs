@@ -23,8 +23,8 @@ impl Round {
         Round { length, jitters: 0, picture, bias: Vec::new() }
     }
 
-    /// Adds the film of a jitter's picture and the bias of its pixels, and hands out those of the round if it ends with this jitter. A round that
-    /// was begun elsewhere is left out.
+    /// Adds the film of a jitter's picture and the bias of its pixels, and hands out those of the round if it ends with this jitter.
+    /// A round that was begun elsewhere is left out.
     pub fn add(
         &mut self,
         jitter: u64,

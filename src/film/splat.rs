@@ -150,6 +150,7 @@ impl<'a> Band<'a> {
         last[1].y >= 0.0 && first[0].y < self.rows as f32
     }
 
+    /// Adds a sample to the pixels that it counts for.
     #[inline]
     fn add(&mut self, position: [f32; 2], sample: impl FnOnce() -> FilmSample) {
         let place = Vec2::from(position) - self.origin;

@@ -112,15 +112,25 @@ unsafe fn read_text(text: *const c_char) -> String {
     unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
 }
 
+fn check_film(d: &VptDescription) -> SceneResult<()> {
+    let (pixels, width, channels) = (d.film_pixels, d.film_width, d.film_channels);
+    if ![RGB_WEIGHT, RGB_ALPHA_WEIGHT].contains(&channels) {
+        return Err(SceneError(format!(
+            "the film has {channels} channels; it needs red, green, blue and a weight, and may have alpha"
+        )));
+    }
+    if pixels.checked_rem(width) != Some(0) {
+        return Err(SceneError(format!(
+            "the film has {pixels} pixels in rows of {width}; it needs whole rows"
+        )));
+    }
+    Ok(())
+}
+
 /// # Safety
 /// Pointers and counts must describe valid arrays.
 unsafe fn read_description(d: &VptDescription) -> SceneResult<SceneDescription> {
-    if ![RGB_WEIGHT, RGB_ALPHA_WEIGHT].contains(&d.film_channels) {
-        return Err(SceneError(format!(
-            "the film has {} channels; it needs red, green, blue and a weight, and may have alpha",
-            d.film_channels
-        )));
-    }
+    check_film(d)?;
     // SAFETY: the caller's promise.
     let film_filter = unsafe { read_array(d.film_filter, d.film_filter_count) };
     let film_filter = FilmFilter::new(d.film_filter_radius, film_filter.to_vec())?;
@@ -543,6 +553,19 @@ impl Scene for HostScene {
 mod tests {
     use super::*;
     use crate::effect::{Effect, Effects};
+
+    #[test]
+    fn films_that_cannot_be_summed_up_are_refused() {
+        // SAFETY: all-zero bytes are a valid description.
+        let nothing = unsafe { std::mem::zeroed::<VptDescription>() };
+        let film = |film_channels, film_pixels, film_width| {
+            check_film(&VptDescription { film_channels, film_pixels, film_width, ..nothing })
+        };
+        assert!(film(4, 6, 3).is_ok() && film(5, 6, 3).is_ok());
+        assert!(film(3, 6, 3).unwrap_err().0.contains("3 channels"));
+        assert!(film(4, 7, 3).unwrap_err().0.contains("rows of 3"));
+        assert!(film(4, 6, 0).unwrap_err().0.contains("rows of 0"));
+    }
 
     /// Both sides of the ABI count the same bits.
     #[test]

@@ -6,7 +6,7 @@ import ctypes
 from ctypes import POINTER, c_char_p, c_double, c_float, c_int32, c_size_t, c_uint32, c_uint64, c_void_p
 
 #: Of the header that this page was written after.
-VERSION = 10
+VERSION = 11
 
 
 class Shooting(ctypes.Structure):

@@ -58,7 +58,7 @@ impl RawParameters {
 /// What a renderer gets back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Returned {
-    /// The film's weighted sums, see [`SceneDescription::film_channels`].
+    /// The film's weighted sums, see [`crate::scene::SceneDescription::film_channels`].
     pub storage: Vec<f64>,
     /// Red, green and blue of every film pixel.
     pub error_image: Vec<f32>,

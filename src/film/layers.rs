@@ -121,12 +121,11 @@ impl LayerSums {
 
 /// The film pixel in which a view ray starts; none within the border that some filters need.
 fn film_pixel(description: &SceneDescription, ray: usize) -> Option<usize> {
-    let SceneDescription { film_size, film_offset, film_pixels, film_width, .. } = *description;
+    let SceneDescription { film_size, film_pixels, film_width, .. } = *description;
     let rays_width = film_size[0] as usize;
     let width = film_width as usize;
     let height = film_pixels as usize / width.max(1);
-    let origin = description.film_origin();
-    let border = [0, 1].map(|axis| (origin[axis] - film_offset[axis]) as usize);
+    let border = description.film_border().map(|n| n as usize);
     let x = (ray % rays_width).checked_sub(border[0])?;
     let y = (ray / rays_width).checked_sub(border[1])?;
     (x < width && y < height).then_some(y * width + x)

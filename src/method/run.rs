@@ -393,7 +393,8 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         let clock = Instant::now();
         let passes = self.passes_of_jitter;
         let is_estimated = self.gathered.error.is_some() && passes == self.jitter_every;
-        let mut bias = is_estimated.then(|| vec![0.0; self.pixels()]);
+        let pixels = self.scene.description().film_pixels as usize;
+        let mut bias = is_estimated.then(|| vec![0.0; pixels]);
         let JitterFilms { mut film, emission } = self.jitter_films(bias.as_deref_mut());
         let (place, paths) = (self.place_of_emission(), self.receivers.as_ref());
         let scene = self.tuned.as_deref().unwrap_or(self.scene);
@@ -438,11 +439,6 @@ impl<'a, R: HoldsReceivers> Run<'a, R> {
         }
         let films = self.jitter_films(None);
         self.gathered.picture_with(self.scene, &films.film, films.emission.as_ref())
-    }
-
-    /// Pixels of the film.
-    fn pixels(&self) -> usize {
-        self.scene.description().film_pixels as usize
     }
 
     fn total_seconds(&self) -> f64 {

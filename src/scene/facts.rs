@@ -165,14 +165,16 @@ impl SceneDescription {
 }
 
 impl SceneDescription {
+    /// Columns and rows of view rays to each side of the pixels that the film keeps sums of.
+    pub fn film_border(&self) -> [u32; 2] {
+        let size = [self.film_width, self.film_pixels / self.film_width.max(1)];
+        [0, 1].map(|axis| self.film_size[axis].saturating_sub(size[axis]) / 2)
+    }
+
     /// Film coordinates of the first pixel that the film keeps sums of.
     pub fn film_origin(&self) -> [i32; 2] {
-        let width = self.film_width.max(1);
-        let size = [self.film_width, self.film_pixels / width];
-        [0, 1].map(|axis| {
-            let border = self.film_size[axis].saturating_sub(size[axis]) / 2;
-            self.film_offset[axis] + border as i32
-        })
+        let border = self.film_border();
+        [0, 1].map(|axis| self.film_offset[axis] + border[axis] as i32)
     }
 
     /// Whether a ray that leaves the scene sees light.

@@ -16,7 +16,7 @@ namespace vpt {
 
 template <typename Float, typename Spectrum> class Host {
 public:
-    MI_IMPORT_TYPES(Scene, Sensor, Film, ImageBlock, Medium, MediumPtr, BSDF, BSDFPtr, PhaseFunctionContext,
+    MI_IMPORT_TYPES(Scene, Sensor, Film, Medium, MediumPtr, BSDF, BSDFPtr, PhaseFunctionContext,
                     ShapePtr)
     using View = ViewWalk<Float, Spectrum>;
     using Photons = PhotonWalk<Float, Spectrum>;

@@ -11,7 +11,6 @@ use vpt::host::session::{SceneFile, Session};
 use vpt::method::Silent;
 use vpt::picture::{develop, LayeredPicture, Metadata};
 
-#[allow(dead_code)]
 #[path = "support/llvm.rs"]
 mod llvm;
 

@@ -8,7 +8,6 @@ use std::path::Path;
 use std::process::Command;
 use vpt::picture::LayeredPicture;
 
-#[allow(dead_code)]
 #[path = "support/llvm.rs"]
 mod llvm;
 

@@ -31,12 +31,21 @@ fn beam_pairs_by_brute_force(segments: &[Segment], p: Vec3, radius: f32) -> Vec<
     pairs
 }
 
+/// In the order of the calls.
 fn beam_pairs(tree: &ViewBeamTree, p: Vec3, radius: f32) -> Vec<Pair> {
     let mut pairs = Vec::new();
     tree.query(p, radius, |index, t, distance_squared| {
         pairs.push((index, t.to_bits(), distance_squared.to_bits()));
     });
-    pairs.sort_unstable();
+    pairs
+}
+
+/// Of each photon, in the order of the calls.
+fn beam_pairs_of_all(tree: &ViewBeamTree, photons: &[Vec3], radius: f32) -> Vec<Vec<Pair>> {
+    let mut pairs = vec![Vec::new(); photons.len()];
+    tree.query_all(photons, radius, |which, index, t, distance_squared| {
+        pairs[which].push((index, t.to_bits(), distance_squared.to_bits()));
+    });
     pairs
 }
 
@@ -54,14 +63,14 @@ fn check_beams(
     assert!(stats.references <= stats.beams * options.references_per_beam.max(1));
     assert!(stats.depth <= options.max_depth);
     let mut count = 0;
-    for &p in photons {
-        for &radius in radii {
+    for &radius in radii {
+        let together = beam_pairs_of_all(&tree, photons, radius);
+        for (&p, together) in photons.iter().zip(together) {
+            let mut alone = beam_pairs(&tree, p, radius);
+            assert_eq!(together, alone, "photon {p} beside others, radius {radius}, {options:?}");
+            alone.sort_unstable();
             let expected = beam_pairs_by_brute_force(segments, p, radius);
-            assert_eq!(
-                beam_pairs(&tree, p, radius),
-                expected,
-                "photon {p}, radius {radius}, {options:?}"
-            );
+            assert_eq!(alone, expected, "photon {p}, radius {radius}, {options:?}");
             count += expected.len();
         }
     }

@@ -87,6 +87,14 @@ fn points_on_beams(criterion: &mut Criterion) {
         contest.enter("ViewBeamTree", 1, |&p, found| {
             tree.query(p, radius, |_, t, distance_squared| found.add(t + distance_squared));
         });
+        let curve = MortonCurve::through(&Aabb { min: Vec3::ZERO, max: Vec3::ONE });
+        contest.enter_sorted(
+            "ViewBeamTree_sorted",
+            |&p| curve.place(p),
+            |photons, found| {
+                tree.query_all(photons, radius, |_, _, t, d2| found.add(t + d2));
+            },
+        );
         let in_grid = |&p: &Vec3, found: &mut Found| {
             grid.query(p, radius, |_, t, distance_squared| found.add(t + distance_squared));
         };

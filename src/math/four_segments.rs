@@ -38,6 +38,12 @@ impl FourApproaches {
 }
 
 impl FourSegments {
+    /// Segments without a point.
+    pub const EMPTY: Self = {
+        let zeros = Vec3x4 { x: Vec4::ZERO, y: Vec4::ZERO, z: Vec4::ZERO };
+        FourSegments { origin: zeros, direction: zeros, length: Vec4::ZERO }
+    };
+
     #[inline]
     pub fn new(segments: [&Segment; 4]) -> Self {
         let rows = |row: fn(&Segment) -> Vec4| {
@@ -45,11 +51,11 @@ impl FourSegments {
             Mat4::from_cols(a, b, c, d).transpose()
         };
         let first = rows(|s| s.origin.extend(s.direction.x));
-        let last = rows(|s| Vec4::new(s.direction.y, s.direction.z, s.length, 0.0));
+        let last = rows(|s| s.direction.extend(s.length));
         FourSegments {
             origin: Vec3x4 { x: first.x_axis, y: first.y_axis, z: first.z_axis },
-            direction: Vec3x4 { x: first.w_axis, y: last.x_axis, z: last.y_axis },
-            length: last.z_axis,
+            direction: Vec3x4 { x: last.x_axis, y: last.y_axis, z: last.z_axis },
+            length: last.w_axis,
         }
     }
 

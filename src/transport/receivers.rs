@@ -38,15 +38,25 @@ impl Receivers {
         Receivers { paths, apex_grid, beam_tree, point_tree, around_beams, around_points }
     }
 
-    /// Calls `visit(index, t, distance_squared)` for every beam around a photon, see [`ViewBeamTree::query`].
+    /// For many photons, neighbours one after another: calls `visit(which, index, t, distance_squared)` for every beam around
+    /// each, see [`ViewBeamTree::query`].
     #[inline]
-    pub fn beams_around(&self, p: Vec3, radius: f32, mut visit: impl FnMut(u32, f32, f32)) {
+    pub fn beams_around(
+        &self,
+        photons: &[Vec3],
+        radius: f32,
+        mut visit: impl FnMut(usize, u32, f32, f32),
+    ) {
         let mut in_grid = 0;
         if let Some(grid) = &self.apex_grid {
-            grid.query(p, radius, &mut visit);
+            for (which, &p) in photons.iter().enumerate() {
+                grid.query(p, radius, |index, t, d2| visit(which, index, t, d2));
+            }
             in_grid = grid.len() as u32;
         }
-        self.beam_tree.query(p, radius, |beam, t, d2| visit(in_grid + beam, t, d2));
+        self.beam_tree.query_all(photons, radius, |which, beam, t, d2| {
+            visit(which, in_grid + beam, t, d2);
+        });
     }
 
     /// Calls `visit(index, approach)` for every beam that a photon beam comes near to, see [`ViewBeamTree::query_segment`].

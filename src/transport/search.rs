@@ -15,10 +15,12 @@ impl Receivers {
         radius: f32,
         mut visit: impl FnMut(&'a MediumPhoton, u32, f32, f32),
     ) {
-        for photon in along_curve(photons, |p| self.place_among_beams(p.position)) {
-            let visit = |index, t, d2| visit(photon, index, t, d2);
-            self.beams_around(photon.position, radius, visit);
-        }
+        let photons: Vec<_> =
+            along_curve(photons, |p| self.place_among_beams(p.position)).collect();
+        let places: Vec<Vec3> = photons.iter().map(|photon| photon.position).collect();
+        self.beams_around(&places, radius, |which, index, t, d2| {
+            visit(photons[which], index, t, d2)
+        });
     }
 
     /// Calls `visit(photon, index, position, distance_squared)` for every visible point closer to a photon than `radius`.

@@ -10,7 +10,7 @@ pub(super) struct Beam {
 }
 
 /// Beams that are tested at once.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Calls `visit(beam, t, distance_squared)` for the beams at these places, in order, that make a pair with a photon; see
 /// [`super::ViewBeamTree::query`].
@@ -26,9 +26,7 @@ pub(super) fn for_each_pair(
         let four = four(beams, places);
         let segments = FourSegments::new(four.map(|beam| &beam.segment));
         let (t, distance_squared) = segments.project(photon);
-        let are_pairs = distance_squared.cmplt(Vec4::splat(radius_squared))
-            & t.cmpge(Vec4::ZERO)
-            & t.cmplt(segments.length);
+        let are_pairs = pairs(&segments, t, distance_squared, radius_squared);
         mask::for_each_lane::<LANES>(distinct(are_pairs, places), |lane| {
             visit(four[lane], t[lane], distance_squared[lane]);
         });
@@ -61,16 +59,29 @@ pub(super) fn for_each_pair_along(
     }
 }
 
+/// Which of four beams make a pair with a photon, by its projections on them.
+#[inline]
+pub(super) fn pairs(
+    segments: &FourSegments,
+    t: Vec4,
+    distance_squared: Vec4,
+    radius_squared: f32,
+) -> BVec4A {
+    distance_squared.cmplt(Vec4::splat(radius_squared))
+        & t.cmpge(Vec4::ZERO)
+        & t.cmplt(segments.length)
+}
+
 /// The beams at up to four places, the last of them repeated.
 #[inline]
-fn four<'a>(beams: &'a [Beam], places: &[u32]) -> [&'a Beam; LANES] {
+pub(super) fn four<'a>(beams: &'a [Beam], places: &[u32]) -> [&'a Beam; LANES] {
     let last = places.len() - 1;
     std::array::from_fn(|lane| &beams[places[lane.min(last)] as usize])
 }
 
 /// The lanes that are set, without those in which [`four`] repeats a beam.
 #[inline]
-fn distinct(set: BVec4A, places: &[u32]) -> u32 {
+pub(super) fn distinct(set: BVec4A, places: &[u32]) -> u32 {
     set.bitmask() & ((1 << places.len()) - 1)
 }
 

@@ -3,7 +3,7 @@
 use super::{ApexGrid, LANES};
 
 /// Beams that wait for their exact test.
-const WAITING: usize = 64;
+const WAITING: usize = 32;
 
 /// Places of beams that wait for their exact test.
 pub(super) struct Candidates {

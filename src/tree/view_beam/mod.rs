@@ -18,8 +18,10 @@
 //! [`Segment::project`]: crate::math::Segment::project
 
 mod build;
+mod packet;
 mod query;
 mod query_segment;
+mod tile;
 mod validate;
 
 pub use build::{BuildOptions, SplitAxis};

@@ -2,16 +2,13 @@
 
 use super::{ApexGrid, LANES};
 
-/// Beams that wait for their exact test.
-const WAITING: usize = 32;
-
-/// Places of beams that wait for their exact test.
-pub(super) struct Candidates {
+/// Places of beams that wait for their exact test, up to so many.
+pub(super) struct Candidates<const WAITING: usize> {
     places: [u32; WAITING],
     count: usize,
 }
 
-impl Candidates {
+impl<const WAITING: usize> Candidates<WAITING> {
     pub fn none() -> Self {
         Candidates { places: [0; WAITING], count: 0 }
     }

@@ -5,6 +5,9 @@ use crate::math::mask;
 use crate::tree::beam::{for_each_pair, Beam};
 use glam::Vec3;
 
+/// Candidates that are tested in one go: a photon has a dozen, and room for more has to be cleared.
+const WAITING: usize = 32;
+
 impl ApexGrid {
     /// As [`crate::tree::ViewBeamTree::query`], pairs of the same bits, in the order of the cells.
     #[inline]
@@ -24,7 +27,7 @@ impl ApexGrid {
             let visit = |beam: &Beam, t, d2| visit(beam.index, t, d2);
             for_each_pair(&self.beams, near, p, radius_squared, visit);
         };
-        let mut candidates = Candidates::none();
+        let mut candidates = Candidates::<WAITING>::none();
         for row in rows[0]..=rows[1] {
             candidates.add(self, row, columns, |slopes| ball.touches(slopes), &mut judge);
         }

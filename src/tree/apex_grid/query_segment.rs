@@ -6,6 +6,9 @@ use crate::tree::beam::{for_each_pair_along, Beam};
 use crate::tree::interval::Interval;
 use glam::Vec3;
 
+/// Candidates that are tested in one go.
+const WAITING: usize = 64;
+
 impl ApexGrid {
     /// As [`crate::tree::ViewBeamTree::query_segment`], pairs of the same bits, in the order of the cells.
     #[inline]
@@ -28,7 +31,7 @@ impl ApexGrid {
             let visit = |beam: &Beam, approach| visit(beam.index, approach);
             for_each_pair_along(&self.beams, near, photon_beam, radius_squared, visit);
         };
-        let mut candidates = Candidates::none();
+        let mut candidates = Candidates::<WAITING>::none();
         for row in rows[0]..=rows[1] {
             if let Some(columns) = self.seen_columns(&capsule, seen, row) {
                 candidates.add(self, row, columns, |slopes| band.touches(slopes), &mut judge);

@@ -4,6 +4,8 @@
 //! The two take turns, so that drift of the machine hits both alike; the table holds medians over the turns and
 //! the quartiles of their ratios. `cargo bench --bench effects -- llvm_ad_rgb` measures in another variant.
 
+mod turns;
+
 use std::path::Path;
 use std::time::Instant;
 use vpt::effect::{Effect, Effects};
@@ -47,7 +49,7 @@ fn main() {
     }
 }
 
-/// Seconds of a jitter with one pass, as the scene calls for it and with effects forced on, by turn.
+/// Seconds of a jitter with one pass, with effects forced on and as the scene calls for it, by turn.
 fn measure(loaded: &LoadedScene, forced: Effects) -> Vec<[f64; 2]> {
     let lent: LentScene = loaded.lend(0).expect("the scene is lent");
     let parameters = |effects| Parameters {
@@ -58,12 +60,9 @@ fn measure(loaded: &LoadedScene, forced: Effects) -> Vec<[f64; 2]> {
         estimate_error: false,
         ..loaded.parameters(0).expect("the parameters are right")
     };
-    let (plain, forced) = (parameters(Effects::NONE), parameters(forced));
-    let mut renders = [&plain, &forced].map(|p| method::begin(lent.scene(), p).expect("it begins"));
-    for render in &mut renders {
-        pass(render);
-    }
-    (0..TURNS).map(|_| [pass(&mut renders[0]), pass(&mut renders[1])]).collect()
+    let [forced, plain] = [forced, Effects::NONE].map(parameters);
+    let mut renders = [&forced, &plain].map(|p| method::begin(lent.scene(), p).expect("it begins"));
+    turns::take(TURNS, || renders.each_mut().map(pass))
 }
 
 fn pass(render: &mut Box<dyn Progressive + '_>) -> f64 {
@@ -73,16 +72,7 @@ fn pass(render: &mut Box<dyn Progressive + '_>) -> f64 {
 }
 
 fn print_row(effect: &str, scene: &str, turns: Vec<[f64; 2]>) {
-    let quantile = |mut values: Vec<f64>, share: f64| {
-        values.sort_by(f64::total_cmp);
-        values[(share * (values.len() - 1) as f64).round() as usize]
-    };
-    let of = |which: usize| turns.iter().map(|turn| turn[which]).collect::<Vec<_>>();
-    let ratios: Vec<f64> = turns.iter().map(|[plain, forced]| forced / plain).collect();
-    let [low, middle, high] = [0.25, 0.5, 0.75].map(|share| quantile(ratios.clone(), share));
-    println!(
-        "{effect:<22} {scene:<16} {:>10.2}ms {:>10.2}ms  {middle:.3} ({low:.3} to {high:.3})",
-        1e3 * quantile(of(0), 0.5),
-        1e3 * quantile(of(1), 0.5)
-    );
+    let [forced, plain] = [0, 1].map(|which| 1e3 * turns::median(&turns, which));
+    let ratio = turns::ratio(&turns, 3);
+    println!("{effect:<22} {scene:<16} {plain:>10.2}ms {forced:>10.2}ms  {ratio}");
 }

@@ -1,11 +1,16 @@
 //! What a search costs where pairs are worth what they are in a render: photons of a real scene look for their receivers,
-//! and every pair is evaluated and deposited; against a loop over the very pairs that does the same without a search.
-//! One thread; throughput is in accepted pairs. Photons come in the order of space within tasks of as many as gathering may
-//! have in one, and sorting counts.
+//! and every pair is evaluated and deposited; against a loop over the very pairs that does the same without a search. Prints a
+//! table; measures nothing else.
+//!
+//! One thread. Photons come in the order of space within tasks of as many as gathering may have in one, and sorting counts.
+//! The two take turns, so that drift of the machine hits both alike; the table holds medians over the turns and the quartiles of
+//! their ratios.
 
+mod turns;
+
+use std::hint::black_box;
 use std::path::PathBuf;
-
-use criterion::{criterion_group, criterion_main, Criterion, Throughput};
+use std::time::Instant;
 use vpt::density::radius::Radii;
 use vpt::host::session::{SceneFile, Session};
 use vpt::math::Approach;
@@ -29,6 +34,9 @@ const BATCH: usize = 131_072;
 /// Walks whose photons are beams, which make many more pairs each.
 const BEAM_WALKS: u64 = 2_000;
 const SEED: u64 = 1;
+const TURNS: usize = 41;
+/// Pairs of a turn at least, so that clocks can tell.
+const PAIRS_IN_A_TURN: usize = 100_000;
 
 type Out = Gathered<Splat>;
 
@@ -136,37 +144,42 @@ impl Kind for BeamsOnBeams<'_> {
     }
 }
 
-/// Times search and flat loop over the same pairs.
-fn contest<K: Kind>(criterion: &mut Criterion, name: &str, stage: &Stage, kind: &K) {
-    let (mut flat, all) = (Vec::new(), kind.photons().len());
-    for photons in kind.photons().chunks(per_task(BATCH)) {
+/// Prints a row of the table: search and flat loop over the same pairs.
+fn contest<K: Kind>(name: &str, stage: &Stage, kind: &K) {
+    let (mut flat, photons) = (Vec::new(), kind.photons());
+    for photons in photons.chunks(per_task(BATCH)) {
         kind.search(stage, photons, |photon, pair| flat.push((photon, pair)));
     }
     let pairs = flat.len();
-    println!("{name}: {all} photons, {pairs} pairs");
     let out = || Gathered::new(Splat::new(stage.receivers.paths.new_sums().places()));
+    let without_search = || {
+        let mut out = out();
+        flat.iter().for_each(|&(photon, pair)| kind.add(stage, photon, pair, &mut out));
+        out
+    };
+    let search = || {
+        let mut out = out();
+        for photons in photons.chunks(per_task(BATCH)) {
+            kind.search(stage, photons, |photon, pair| kind.add(stage, photon, pair, &mut out));
+        }
+        out
+    };
+    let rounds = PAIRS_IN_A_TURN.div_ceil(pairs);
+    let turns = turns::take(TURNS, || {
+        let seconds = [seconds(rounds, search), seconds(rounds, without_search)];
+        seconds.map(|seconds| 1e-6 * (rounds * pairs) as f64 / seconds)
+    });
+    let [searched, alone] = [0, 1].map(|which| turns::median(&turns, which));
+    let ratio = turns::ratio(&turns, 2);
+    println!("{name:<38} {:>7} {pairs:>7} {searched:>12.1} {alone:>12.1}  {ratio}", photons.len());
+}
 
-    let mut group = criterion.benchmark_group(name);
-    group.sample_size(10).throughput(Throughput::Elements(pairs as u64));
-    group.bench_function("no_search", |bencher| {
-        bencher.iter(|| {
-            let mut out = out();
-            for &(photon, pair) in &flat {
-                kind.add(stage, photon, pair, &mut out);
-            }
-            out
-        });
-    });
-    group.bench_function("search", |bencher| {
-        bencher.iter(|| {
-            let mut out = out();
-            for photons in kind.photons().chunks(per_task(BATCH)) {
-                let add = |photon, pair| kind.add(stage, photon, pair, &mut out);
-                kind.search(stage, photons, add);
-            }
-            out
-        });
-    });
+fn seconds<T>(rounds: usize, run: impl Fn() -> T) -> f64 {
+    let clock = Instant::now();
+    for _ in 0..rounds {
+        black_box(run());
+    }
+    clock.elapsed().as_secs_f64()
 }
 
 /// The photons of so many walks.
@@ -182,8 +195,12 @@ fn shoot(
     storage.shoot(0, walks).expect("photons").0
 }
 
-fn pairs(criterion: &mut Criterion) {
+fn main() {
     let session = Session::start(Some("scalar_rgb"), None, 0).expect("start Mitsuba");
+    println!(
+        "{:<38} {:>7} {:>7} {:>12} {:>12}  ratio",
+        "million pairs per second", "photons", "pairs", "search", "no search"
+    );
     for name in SCENES {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
             .join(format!("mitsuba_scenes/{name}/scene.xml"));
@@ -206,17 +223,9 @@ fn pairs(criterion: &mut Criterion) {
         let beams = shoot(scene, &plan, &receivers, long, BEAM_WALKS).beams;
         let named = |kind: &str| format!("{name}, {kind}");
         let in_media = PointsOnBeams(&points.in_media);
-        contest(criterion, &named("photons on beams"), &stage, &in_media);
+        contest(&named("photons on beams"), &stage, &in_media);
         let on_surfaces = PointsOnPoints(&points.on_surfaces);
-        contest(criterion, &named("photons on points"), &stage, &on_surfaces);
-        contest(criterion, &named("photon beams on beams"), &stage, &BeamsOnBeams(&beams));
+        contest(&named("photons on points"), &stage, &on_surfaces);
+        contest(&named("photon beams on beams"), &stage, &BeamsOnBeams(&beams));
     }
 }
-
-// Criterion's plots want fonts that a machine may lack.
-criterion_group! {
-    name = benches;
-    config = Criterion::default().without_plots();
-    targets = pairs
-}
-criterion_main!(benches);

@@ -4,10 +4,13 @@
 //! Contestants take turns, so that drift of the machine hits both alike; the tables hold medians over the turns and the
 //! quartiles of their ratios. `cargo bench --bench passes -- llvm_ad_rgb` measures in another variant.
 
+mod turns;
+
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::path::Path;
 use std::time::Instant;
+use turns::median;
 use vpt::host::session::{LoadedScene, SceneFile, Session};
 use vpt::math::uniform::{self, Purpose};
 use vpt::method::{self, Method, Parameters, PhaseSeconds, Preset, Progressive};
@@ -93,7 +96,7 @@ fn against_baselines(session: &Session, load: &Load, jitters: &[u32]) {
                 let mut first = begin(paper(loaded, load, method, jitter_every));
                 let mut second = begin(paper(loaded, load, baseline, 1));
                 let walks = paper(loaded, load, method, jitter_every);
-                let turns = by_turns(|| {
+                let turns = turns::take(TURNS, || {
                     let pair = [passes_per_second(&mut first), passes_per_second(&mut second)];
                     let alone = walks_per_second(lent.scene(), &walks);
                     [pair[0], pair[1], alone]
@@ -112,9 +115,11 @@ fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
     let pools = [2, 1].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build());
     let [two, one] = pools.map(|pool| pool.expect("threads start"));
     println!("\n{:<28} {:>12} {:>12}  ratio", "passes per second", "2 threads", "1 thread");
-    let turns = by_turns(|| [&two, &one].map(|pool| pool.install(arithmetic_per_second::<1>)));
+    let turns =
+        turns::take(TURNS, || [&two, &one].map(|pool| pool.install(arithmetic_per_second::<1>)));
     println!("{}", row("arithmetic, one orbit", &turns));
-    let turns = by_turns(|| [&two, &one].map(|pool| pool.install(arithmetic_per_second::<24>)));
+    let turns =
+        turns::take(TURNS, || [&two, &one].map(|pool| pool.install(arithmetic_per_second::<24>)));
     println!("{}", row("arithmetic, 24 orbits", &turns));
     for (name, loaded) in scenes {
         let lent = loaded.lend(0).expect("the scene is lent");
@@ -124,7 +129,7 @@ fn against_one_thread(scenes: &[(&str, LoadedScene)]) {
             let on = |pool: &ThreadPool| {
                 pool.install(|| passes_per_second(&mut begin(scene, &parameters)))
             };
-            let turns = by_turns(|| [on(&two), on(&one)]);
+            let turns = turns::take(TURNS, || [on(&two), on(&one)]);
             println!("{}", row(&format!("{name} {}", method.name()), &turns));
         }
     }
@@ -173,12 +178,6 @@ fn begin<'a>(scene: &'a dyn Scene, parameters: &Parameters) -> Box<dyn Progressi
     method::begin(scene, parameters).expect("it begins")
 }
 
-/// What turns measure, the first of them left out.
-fn by_turns<const N: usize>(mut turn: impl FnMut() -> [f64; N]) -> Vec<[f64; N]> {
-    turn();
-    (0..TURNS).map(|_| turn()).collect()
-}
-
 fn passes_per_second(render: &mut Box<dyn Progressive + '_>) -> f64 {
     let clock = Instant::now();
     for _ in 0..PASSES {
@@ -203,20 +202,8 @@ fn walks_per_second(scene: &dyn Scene, parameters: &Parameters) -> f64 {
     f64::from(PASSES) / clock.elapsed().as_secs_f64()
 }
 
-fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values[(share * (values.len() - 1) as f64).round() as usize]
-}
-
-fn median<const N: usize>(turns: &[[f64; N]], which: usize) -> f64 {
-    quantile(turns.iter().map(|turn| turn[which]), 0.5)
-}
-
 /// The medians of the first two, and their ratio.
 fn row<const N: usize>(name: &str, turns: &[[f64; N]]) -> String {
-    let [low, middle, high] =
-        [0.25, 0.5, 0.75].map(|share| quantile(turns.iter().map(|turn| turn[0] / turn[1]), share));
-    let ratio = format!("{middle:.2} ({low:.2} to {high:.2})");
-    format!("{name:<28} {:>12.2} {:>12.2}  {ratio:<22}", median(turns, 0), median(turns, 1))
+    let [first, second] = [0, 1].map(|which| median(turns, which));
+    format!("{name:<28} {first:>12.2} {second:>12.2}  {:<22}", turns::ratio(turns, 2))
 }

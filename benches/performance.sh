@@ -85,7 +85,7 @@ TEXT
     measured 'cargo bench --bench tree_query -- "beams/|points/"'
     cat <<'TEXT'
 There a pair is two additions. In a render it is also evaluated and deposited: photons of real scenes at the first radii of preset `paper`, against a loop over the same pairs
-that evaluates and deposits them without a search. Before each come the photons that there are: what a search may take besides the pairs goes by those.
+that evaluates and deposits them without a search; the two take turns. What a search may take besides the pairs goes by the photons that there are.
 
 TEXT
     measured 'cargo bench --bench pairs'

@@ -8,6 +8,7 @@ use glam::Vec3;
 /// (`length <= 0`) has none. Lengths are in scene units. `direction` has unit length; nothing
 /// checks it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// In this order, so that direction and length are read as one row of four.
 #[repr(C)]
 pub struct Segment {
     pub origin: Vec3,

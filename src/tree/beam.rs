@@ -81,7 +81,7 @@ pub(super) fn four<'a>(beams: &'a [Beam], places: &[u32]) -> [&'a Beam; LANES] {
 
 /// The lanes that are set, without those in which [`four`] repeats a beam.
 #[inline]
-pub(super) fn distinct(set: BVec4A, places: &[u32]) -> u32 {
+fn distinct(set: BVec4A, places: &[u32]) -> u32 {
     set.bitmask() & ((1 << places.len()) - 1)
 }
 

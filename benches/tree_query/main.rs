@@ -87,7 +87,7 @@ fn points_on_beams(criterion: &mut Criterion) {
         contest.enter("ViewBeamTree", 1, |&p, found| {
             tree.query(p, radius, |_, t, distance_squared| found.add(t + distance_squared));
         });
-        let curve = MortonCurve::through(&Aabb { min: Vec3::ZERO, max: Vec3::ONE });
+        let curve = curve_through_cube();
         contest.enter_sorted(
             "ViewBeamTree_sorted",
             |&p| curve.place(p),
@@ -129,6 +129,11 @@ fn points_on_beams(criterion: &mut Criterion) {
     }
 }
 
+/// Places in it put neighbours one after another.
+fn curve_through_cube() -> MortonCurve {
+    MortonCurve::through(&Aabb { min: Vec3::ZERO, max: Vec3::ONE })
+}
+
 /// What a photon and a beam add, as all contestants judge them.
 fn pair(beam: &Segment, p: Vec3, radius: f32) -> Option<f32> {
     let (t, distance_squared) = beam.project(p);
@@ -156,7 +161,7 @@ fn points_on_points(criterion: &mut Criterion) {
         let mut contest = Contest::new(criterion, "photons on points", &photons, count);
         contest.no_search(find, |&p, index| distance_squared(p, index as usize));
         let in_tree = |&p: &Vec3, found: &mut Found| tree.query(p, radius, |_, d2| found.add(d2));
-        let curve = MortonCurve::through(&Aabb { min: Vec3::ZERO, max: Vec3::ONE });
+        let curve = curve_through_cube();
         contest.enter("ViewPointTree", 1, in_tree);
         contest.enter_sorted(
             "ViewPointTree_sorted",

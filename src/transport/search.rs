@@ -15,10 +15,9 @@ impl Receivers {
         radius: f32,
         mut visit: impl FnMut(&'a MediumPhoton, u32, f32, f32),
     ) {
-        let photons: Vec<_> =
-            along_curve(photons, |p| self.place_among_beams(p.position)).collect();
-        let places: Vec<Vec3> = photons.iter().map(|photon| photon.position).collect();
-        self.beams_around(&places, radius, |which, index, t, d2| {
+        let place = |p| self.place_among_beams(p);
+        let (photons, positions) = along_curve(photons, |photon| photon.position, place);
+        self.beams_around(&positions, radius, |which, index, t, d2| {
             visit(photons[which], index, t, d2)
         });
     }
@@ -31,22 +30,24 @@ impl Receivers {
         radius: f32,
         mut visit: impl FnMut(&'a SurfacePhoton, u32, Vec3, f32),
     ) {
-        let photons: Vec<_> =
-            along_curve(photons, |p| self.place_among_points(p.position)).collect();
-        let places: Vec<Vec3> = photons.iter().map(|photon| photon.position).collect();
-        self.point_tree.query_all(&places, radius, |which, index, position, d2| {
+        let place = |p| self.place_among_points(p);
+        let (photons, positions) = along_curve(photons, |photon| photon.position, place);
+        self.point_tree.query_all(&positions, radius, |which, index, position, d2| {
             visit(photons[which], index, position, d2);
         });
     }
 }
 
-/// Photons by their places, those of one place in their own order.
-fn along_curve<'a, P: 'a>(
+/// Photons by their places on a curve, those of one place in their own order; and where they are.
+fn along_curve<'a, P>(
     photons: impl Iterator<Item = &'a P>,
-    place: impl Fn(&P) -> u32,
-) -> impl Iterator<Item = &'a P> {
+    position: impl Fn(&P) -> Vec3,
+    place: impl Fn(Vec3) -> u32,
+) -> (Vec<&'a P>, Vec<Vec3>) {
     let photons: Vec<&P> = photons.collect();
-    let mut order: Vec<(u32, u32)> = photons.iter().map(|photon| place(photon)).zip(0..).collect();
+    let mut order: Vec<(u32, u32)> =
+        photons.iter().map(|photon| place(position(photon))).zip(0..).collect();
     radsort::sort_by_key(&mut order, |(place, _)| *place);
-    order.into_iter().map(move |(_, index)| photons[index as usize])
+    let in_order = order.into_iter().map(|(_, index)| photons[index as usize]);
+    in_order.map(|photon| (photon, position(photon))).unzip()
 }

@@ -18,6 +18,7 @@
 //! [`Segment::project`]: crate::math::Segment::project
 
 mod build;
+mod descent;
 mod packet;
 mod query;
 mod query_segment;

@@ -4,7 +4,6 @@ use super::packet::Packet;
 use super::tile::{Tile, TILE};
 use super::{Leaf, ViewBeamTree};
 use crate::math::mask;
-use crate::tree::MAX_DEPTH;
 
 /// Photons that go down the tree together.
 const TOGETHER: usize = 16;
@@ -47,23 +46,41 @@ impl ViewBeamTree {
         if radius.is_nan() || radius <= 0.0 {
             return;
         }
-        let radius_squared = radius * radius;
         let mut tile = Tile::empty();
         for (number, places) in places.chunks(LANES).enumerate() {
-            let packet = Packet::<LANES>::new(places, |p| self.reach(p, radius));
-            self.for_each_leaf(&packet, |leaf, near| {
-                let mut visit = |lane, index, t, d2| visit(number * LANES + lane, index, t, d2);
-                for beams in self.references[leaf.range()].chunks(TILE) {
-                    tile.gather(&self.beams, beams);
-                    mask::for_each_lane::<LANES>(near, |lane| {
-                        tile.for_each_pair(places[lane], radius_squared, |which, t, d2| {
-                            let beam = &self.beams[beams[which] as usize];
-                            if leaf.cell.owns(beam.segment.at(t)) {
-                                visit(lane, beam.index, t, d2);
-                            }
-                        });
-                    });
-                }
+            let packet = Packet::<LANES>::new(places, radius, |p| self.reach(p, radius));
+            let divide = |part, axis, plane| packet.divide(part, axis, plane);
+            self.descend(u32::MAX, divide, |leaf, part| {
+                self.visit_owned_by_packet(leaf, &packet, part, &mut tile, |lane, index, t, d2| {
+                    visit(number * LANES + lane, index, t, d2);
+                });
+            });
+        }
+    }
+
+    /// The pairs that a leaf owns with a part of a packet's photons.
+    #[inline]
+    fn visit_owned_by_packet<const LANES: usize>(
+        &self,
+        leaf: &Leaf,
+        packet: &Packet<LANES>,
+        part: u32,
+        tile: &mut Tile,
+        mut visit: impl FnMut(usize, u32, f32, f32),
+    ) {
+        let near = part & packet.reaching(&leaf.bounds);
+        if near == 0 {
+            return;
+        }
+        for beams in self.references[leaf.range()].chunks(TILE) {
+            tile.gather(&self.beams, beams);
+            mask::for_each_lane::<LANES>(near, |lane| {
+                tile.for_each_pair(packet.places[lane], packet.radius_squared, |which, t, d2| {
+                    let beam = &self.beams[beams[which] as usize];
+                    if leaf.cell.owns(beam.segment.at(t)) {
+                        visit(lane, beam.index, t, d2);
+                    }
+                });
             });
         }
     }
@@ -79,42 +96,5 @@ impl ViewBeamTree {
     #[inline]
     fn reach(&self, p: Vec3, radius: f32) -> f32 {
         radius + 2.0 * f32::EPSILON * (p.abs().max_element() + self.max_origin + 3.0 * radius)
-    }
-
-    /// Calls `visit` for the leaves that photons of a packet reach, with a bit for each of these.
-    #[inline]
-    fn for_each_leaf<const LANES: usize>(
-        &self,
-        packet: &Packet<LANES>,
-        mut visit: impl FnMut(&Leaf, u32),
-    ) {
-        let mut postponed = [(0_u32, 0_u32); MAX_DEPTH];
-        let mut waiting = 0;
-        let (mut current, mut here) = (0, u32::MAX);
-        loop {
-            let node = self.nodes[current];
-            if !node.is_leaf() {
-                let (left, right) = (current + 1, node.target());
-                let [to_left, to_right] =
-                    packet.sides(node.axis(), node.plane).map(|side| side & here);
-                if to_left != 0 && to_right != 0 {
-                    postponed[waiting] = (right as u32, to_right);
-                    waiting += 1;
-                }
-                (current, here) = if to_left != 0 { (left, to_left) } else { (right, to_right) };
-                continue;
-            }
-            let leaf = &self.leaves[node.target()];
-            let near = here & packet.reaching(&leaf.bounds);
-            if near != 0 {
-                visit(leaf, near);
-            }
-            if waiting == 0 {
-                return;
-            }
-            waiting -= 1;
-            let (next, those) = postponed[waiting];
-            (current, here) = (next as usize, those);
-        }
     }
 }

@@ -4,7 +4,6 @@ use super::{Leaf, ViewBeamTree};
 use crate::math::{Aabb, Approach, Segment};
 use crate::tree::beam::for_each_pair_along;
 use crate::tree::interval::Interval;
-use crate::tree::MAX_DEPTH;
 
 /// Least slope of a photon beam against any axis, so that reciprocals are finite. Over the length
 /// of the beam it moves a point by at most 4e-10 of the largest coordinate, which the reach covers.
@@ -30,7 +29,8 @@ impl ViewBeamTree {
         }
         let ray = WideRay::new(photon_beam, self.reach_of_segment(photon_beam, radius));
         let radius_squared = radius * radius;
-        self.for_each_leaf_along(&ray, |leaf, interval| {
+        let divide = |part, axis, plane| ray.divide(part, axis, plane);
+        self.descend(ray.whole, divide, |leaf, interval| {
             if ray.meets(&leaf.bounds, interval) {
                 self.visit_owned_by_segment(leaf, photon_beam, radius_squared, &mut visit);
             }
@@ -53,42 +53,6 @@ impl ViewBeamTree {
         let end = photon_beam.at(photon_beam.length);
         let q = photon_beam.origin.abs().max(end.abs()).max_element();
         radius + 16.0 * f32::EPSILON * (radius + q + self.max_origin) + f32::MIN_POSITIVE
-    }
-
-    /// Calls `visit` for the leaves whose cells, widened by the reach, may hold a part of the photon
-    /// beam, and with an interval of parameters that holds this part.
-    ///
-    /// The parameter of a pair fulfils the widened condition of every plane above the leaf that owns
-    /// the pair, so it stays in the interval on the way down.
-    #[inline]
-    fn for_each_leaf_along(&self, ray: &WideRay, mut visit: impl FnMut(&Leaf, Interval)) {
-        let mut postponed = [(0_u32, Interval::default()); MAX_DEPTH];
-        let mut waiting = 0;
-        let (mut current, mut interval) = (0, ray.whole);
-        loop {
-            let node = self.nodes[current];
-            if !node.is_leaf() {
-                let (left, right) = (current + 1, node.target());
-                let (below, above) = ray.divide(interval, node.axis(), node.plane);
-                if below.is_empty() {
-                    (current, interval) = (right, above);
-                    continue;
-                }
-                if !above.is_empty() {
-                    postponed[waiting] = (right as u32, above);
-                    waiting += 1;
-                }
-                (current, interval) = (left, below);
-                continue;
-            }
-            visit(&self.leaves[node.target()], interval);
-            if waiting == 0 {
-                return;
-            }
-            waiting -= 1;
-            current = postponed[waiting].0 as usize;
-            interval = postponed[waiting].1;
-        }
     }
 
     #[inline]
@@ -131,20 +95,18 @@ impl WideRay {
         }
     }
 
-    /// The parts of an interval that lie below a plane and above it, or within reach of it.
+    /// The parts of an interval that lie below a plane and above it, or within reach of it; none where a part is empty. The
+    /// parameter of a pair fulfils the widened condition of every plane above the leaf that owns the pair, so it is never lost.
     ///
     /// Where an overflow makes NaN, `min` and `max` keep the old end.
     #[inline]
-    fn divide(&self, interval: Interval, axis: usize, plane: f32) -> (Interval, Interval) {
+    fn divide(&self, interval: Interval, axis: usize, plane: f32) -> [Option<Interval>; 2] {
         let crossing = (plane - self.origin[axis]) * self.inverse_slope[axis];
         let first = Interval { end: interval.end.min(crossing + self.reach[axis]), ..interval };
         let second =
             Interval { start: interval.start.max(crossing - self.reach[axis]), ..interval };
-        if self.inverse_slope[axis] > 0.0 {
-            (first, second)
-        } else {
-            (second, first)
-        }
+        let sides = if self.inverse_slope[axis] > 0.0 { [first, second] } else { [second, first] };
+        sides.map(|part| (!part.is_empty()).then_some(part))
     }
 
     /// Whether the interval comes within reach of a box on all axes at once.
